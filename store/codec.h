@@ -1,0 +1,40 @@
+// How a tile's bytes become what lies in the file: as they are, or compressed. Decoding checks every size before it writes.
+// Threads: free functions, any thread; each thread keeps its own compressor state.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string_view>
+#include <vector>
+
+#include "store/result.h"
+
+namespace vt::store {
+
+// Numbers are on disk.
+enum class Codec : std::uint8_t {
+  kRaw = 0,
+  kZstd = 1,
+};
+
+struct Compression {
+  Codec codec = Codec::kRaw;
+  int level = 0;  // 1..19 for zstd
+};
+
+// "none" or "zstd:N". kUsage otherwise, and the message lists what is accepted.
+[[nodiscard]] Result<Compression> parse_compression(std::string_view text);
+
+struct EncodedPayload {
+  Codec codec = Codec::kRaw;
+  std::uint32_t raw_bytes = 0;
+  std::vector<std::byte> bytes;
+};
+
+// Falls back to kRaw when compression gains less than 3 %. `raw` is at most 256 MiB.
+[[nodiscard]] Result<EncodedPayload> encode_payload(std::span<const std::byte> raw, Compression compression);
+// `out` is exactly the raw size. kCorrupt when `stored` does not decode to exactly that many bytes.
+[[nodiscard]] Result<void> decode_payload(Codec codec, std::span<const std::byte> stored, std::span<std::byte> out);
+
+}  // namespace vt::store

@@ -1,0 +1,67 @@
+// Reads a store through a memory map: one generation, seen unchanged for the reader's whole life whatever a writer does meanwhile.
+// Every byte that comes from the file is checked before use. Const functions may be called from any number of threads.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "store/codec.h"
+#include "store/layer.h"
+#include "store/result.h"
+#include "store/store_writer.h"
+
+namespace vt::store {
+
+enum class TileKind : std::uint8_t {
+  kAbsent,    // never written: use an ancestor
+  kStored,    // a record of its own
+  kConstant,  // one value everywhere
+};
+
+struct TileLookup {
+  TileKind kind = TileKind::kAbsent;
+  Codec codec = Codec::kRaw;
+  std::uint64_t offset = 0;        // of the record in the file
+  std::uint32_t stored_bytes = 0;  // of its payload
+};
+
+class StoreReader {
+ public:
+  [[nodiscard]] static Result<StoreReader> open(const std::filesystem::path& path);
+  StoreReader(StoreReader&&) noexcept;
+  StoreReader& operator=(StoreReader&&) noexcept;
+  ~StoreReader();
+
+  [[nodiscard]] const std::filesystem::path& path() const;
+  [[nodiscard]] const StoreDescription& description() const;
+  [[nodiscard]] std::string uuid() const;  // 8-4-4-4-12 hex digits
+  [[nodiscard]] std::uint64_t generation() const;
+  [[nodiscard]] std::uint64_t file_bytes() const;  // of this generation
+
+  [[nodiscard]] std::span<const LayerInfo> layers() const;  // ordered by id, carry layers included
+  [[nodiscard]] const LayerInfo* find_layer(std::string_view name) const;
+  [[nodiscard]] const LayerInfo* find_layer(LayerId layer) const;
+
+  // What the index says; does not touch the tile itself. kCorrupt: an index page is damaged.
+  [[nodiscard]] Result<TileLookup> lookup(LayerId layer, TileId tile) const;
+  // Copies one tile, decompressed and ready for upload, into `out`, which is exactly tile_payload_bytes() long. Constants are expanded.
+  // kNotFound: absent, use its ancestor. kCorrupt: its checksum differs.
+  [[nodiscard]] Result<void> read(LayerId layer, TileId tile, std::span<std::byte> out) const;
+  // The nearest tile at or above `tile` that is present; nullopt when even the root is absent.
+  [[nodiscard]] Result<std::optional<TileId>> nearest_present(LayerId layer, TileId tile) const;
+
+ private:
+  friend class Validator;
+  struct Impl;
+  explicit StoreReader(std::unique_ptr<Impl> impl);
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace vt::store

@@ -1,0 +1,87 @@
+// Appends tiles and layers to a store file and makes them durable. One writer at a time (an advisory lock keeps others out); any number of readers
+// beside it. Nothing is visible to readers before commit(); a crash at any moment leaves the last commit whole.
+// Threads: put/put_constant/remove/contains/read may be called from many threads at once; create/open/add_layer/set_*/commit/finish from one, with no put in flight.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "store/codec.h"
+#include "store/layer.h"
+#include "store/result.h"
+
+namespace vt::store {
+
+// What the dataset is, fixed when the store is created.
+struct StoreDescription {
+  Area area;
+  std::string metadata_json = "{}";  // coordinate reference system and provenance; schemas/store-metadata.schema.json
+};
+
+struct WriterOptions {
+  // Called before every write and sync the writer makes, with what it is about to do; a non-zero errno makes that call fail with it.
+  // For tests (disk full, torn write logs); null in production.
+  struct FileOperation {
+    enum class Kind { kWrite, kSync, kTruncate } kind;
+    std::uint64_t offset = 0;
+    std::span<const std::byte> bytes;
+  };
+  std::function<int(const FileOperation&)> before_operation;
+  // false: commits order writes but do not wait for the disk; a power cut may then lose the store (a killed process may not).
+  bool sync = true;
+};
+
+class StoreWriter {
+ public:
+  // Makes a new store (written beside the target, then renamed into place). kExists when `path` is there already.
+  [[nodiscard]] static Result<StoreWriter> create(const std::filesystem::path& path, const StoreDescription& description,
+                                                  WriterOptions options = {});
+  // Opens the newest whole generation for appending and forgets what was never committed. kExists when another writer holds it.
+  [[nodiscard]] static Result<StoreWriter> open(const std::filesystem::path& path, WriterOptions options = {});
+
+  StoreWriter(StoreWriter&&) noexcept;
+  StoreWriter& operator=(StoreWriter&&) noexcept;
+  ~StoreWriter();  // drops what was not committed
+
+  [[nodiscard]] const StoreDescription& description() const;
+  [[nodiscard]] std::vector<LayerInfo> layers() const;  // with current counts
+  [[nodiscard]] std::optional<LayerInfo> find_layer(std::string_view name) const;
+
+  // The id, counts and state in `info` are ignored; the layer starts kBuilding. kInvalidData when a field is out of its range, kExists for a taken name.
+  [[nodiscard]] Result<LayerId> add_layer(const LayerInfo& info);
+  [[nodiscard]] Result<void> remove_layer(LayerId layer);  // and its carry layers; the space is garbage until packed
+  [[nodiscard]] Result<void> set_state(LayerId layer, LayerState state);
+  [[nodiscard]] Result<void> set_metadata(LayerId layer, std::string metadata_json);
+
+  // Stores one tile as `encode_payload` made it. Replaces an older one of the same name. kIo on a full disk: the store stays at its last commit.
+  [[nodiscard]] Result<void> put(LayerId layer, TileId tile, const EncodedPayload& payload);
+  // A tile of one value everywhere: `block` is one texel (or one 4x4 block) of the layer's format. Equal values share one record.
+  [[nodiscard]] Result<void> put_constant(LayerId layer, TileId tile, std::span<const std::byte> block);
+  [[nodiscard]] Result<void> remove(LayerId layer, TileId tile);
+
+  [[nodiscard]] bool contains(LayerId layer, TileId tile) const;  // committed or not
+  // The decoded texels of a tile, committed or not; `out` is tile_payload_bytes() long. Uses pread, so it adds nothing to the resident set.
+  [[nodiscard]] Result<void> read(LayerId layer, TileId tile, std::span<std::byte> out) const;
+
+  // Makes everything put so far durable and visible, as one step.
+  [[nodiscard]] Result<void> commit();
+  // commit(), then closes. Call it: the destructor cannot report.
+  [[nodiscard]] Result<void> finish();
+
+  [[nodiscard]] std::uint64_t generation() const;
+  [[nodiscard]] std::uint64_t file_bytes() const;
+
+ private:
+  struct Impl;
+  explicit StoreWriter(std::unique_ptr<Impl> impl);
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace vt::store
