@@ -10,7 +10,9 @@ Residency::Residency(VtLayout layout) : layout_(std::move(layout)) {
   for (std::size_t i = 0; i < layout_.levels.size(); ++i) {
     first_slot_.push_back(static_cast<int>(slots_.size()));
     const int tiles = layout_.levels[i].tiles_per_side * layout_.levels[i].tiles_per_side;
-    slots_.insert(slots_.end(), static_cast<std::size_t>(tiles), Slot{.level = static_cast<int>(i)});
+    Slot slot;
+    slot.level = static_cast<int>(i);
+    slots_.insert(slots_.end(), static_cast<std::size_t>(tiles), slot);
   }
   origins_.resize(layout_.levels.size());
   placed_.resize(layout_.levels.size(), false);
