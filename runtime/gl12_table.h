@@ -30,6 +30,8 @@ using GLvoid = void;
 using GLchar = char;
 using GLsizeiptr = std::ptrdiff_t;
 using GLintptr = std::ptrdiff_t;
+using GLDEBUGPROC = void(VT_GL_CALL*)(GLenum source, GLenum type, GLuint id, GLenum severity, GLsizei length, const GLchar* message,
+                                      const void* user);
 
 inline constexpr GLenum GL_NO_ERROR = 0;
 inline constexpr GLenum GL_OUT_OF_MEMORY = 0x0505;

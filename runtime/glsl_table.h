@@ -30,6 +30,8 @@ using GLvoid = void;
 using GLchar = char;
 using GLsizeiptr = std::ptrdiff_t;
 using GLintptr = std::ptrdiff_t;
+using GLDEBUGPROC = void(VT_GL_CALL*)(GLenum source, GLenum type, GLuint id, GLenum severity, GLsizei length, const GLchar* message,
+                                      const void* user);
 
 inline constexpr GLenum GL_ACTIVE_TEXTURE = 0x84E0;
 inline constexpr GLenum GL_CURRENT_PROGRAM = 0x8B8D;

@@ -102,6 +102,8 @@ def main():
     for native, names in TYPES:
         for name in names.split():
             print(f'using {name} = {native};')
+    print('using GLDEBUGPROC = void(VT_GL_CALL*)(GLenum source, GLenum type, GLuint id, GLenum severity, GLsizei length, const GLchar* message,')
+    print('                                      const void* user);')
     print()
     for name in wanted['enums']:
         print(f'inline constexpr GLenum {name} = {value[name]};')

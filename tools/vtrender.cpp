@@ -369,6 +369,6 @@ int main(int argc, char** argv) {
   app.add_flag("--fly", flags.fly, "move the camera forward over the frames, half the area in all");
   app.add_option("--speed", flags.speed_m_s, "with --fly: metres a second at 60 frames a second, instead");
   app.add_flag("--json", flags.json, "print the report as JSON");
-  vt::cli::add_help_footer(app, kExamples);
+  vt::cli::add_help_footer(app, vt::tools::kExamples);
   return vt::cli::run_main(app, argc, argv, [&] { return vt::tools::run(flags); });
 }

@@ -30,6 +30,8 @@ using GLvoid = void;
 using GLchar = char;
 using GLsizeiptr = std::ptrdiff_t;
 using GLintptr = std::ptrdiff_t;
+using GLDEBUGPROC = void(VT_GL_CALL*)(GLenum source, GLenum type, GLuint id, GLenum severity, GLsizei length, const GLchar* message,
+                                      const void* user);
 
 inline constexpr GLenum GL_ARRAY_BUFFER = 0x8892;
 inline constexpr GLenum GL_COLOR_BUFFER_BIT = 0x00004000;
