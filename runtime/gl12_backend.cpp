@@ -15,10 +15,10 @@ GlPixelFormat plain_pixel_format(TexelFormat format) {
 Result<void> Gl12Backend::load(const GlHost& host, GlTextures& textures) {
   VT_CHECK(textures.load(host));
   if (const char* missing = gl_.load(host.getproc, host.user))
-    return fail(ErrorCode::kUnsupported, std::string(missing) + " was not found by the host's getproc; the fixed-function path needs OpenGL 1.2");
+    return fail(ErrorCode::kUnsupported,
+                std::string(missing) + " was not found by the host's getproc; the fixed-function path needs OpenGL 1.2");
   const auto* version = reinterpret_cast<const char*>(textures.gl().GetString(GL_VERSION));
-  if (gl_version_number(version) < 102)
-    return fail(ErrorCode::kUnsupported, std::string("OpenGL ") + version + " is older than 1.2");
+  if (gl_version_number(version) < 102) return fail(ErrorCode::kUnsupported, std::string("OpenGL ") + version + " is older than 1.2");
 
   compressed_ = false;
   const auto* extensions = reinterpret_cast<const char*>(textures.gl().GetString(GL_EXTENSIONS));
@@ -37,14 +37,16 @@ Result<Gl12Backend::Upload> Gl12Backend::upload_for(TexelFormat layer_format, bo
     case TexelFormat::kRgba8:
       return Upload{layer_format, plain_pixel_format(layer_format)};
     case TexelFormat::kBc1:
-      if (compressed_ && !must_be_plain) return Upload{layer_format, {.internal = GL_COMPRESSED_RGB_S3TC_DXT1_EXT, .format = 0, .type = 0, .compressed = true}};
+      if (compressed_ && !must_be_plain)
+        return Upload{layer_format, {.internal = GL_COMPRESSED_RGB_S3TC_DXT1_EXT, .format = 0, .type = 0, .compressed = true}};
       return Upload{TexelFormat::kRgba8, plain_pixel_format(TexelFormat::kRgba8)};
     case TexelFormat::kR32Float:
     case TexelFormat::kRg32Float:
     case TexelFormat::kRgba32Float:
       break;
   }
-  return fail(ErrorCode::kUnsupported, std::string(format_info(layer_format).name) + " textures do not exist in OpenGL 1.2; use the shader path");
+  return fail(ErrorCode::kUnsupported,
+              std::string(format_info(layer_format).name) + " textures do not exist in OpenGL 1.2; use the shader path");
 }
 
 void Gl12Backend::bind(GlTextures& textures, unsigned texture, bool already_bound, const TileMatrix& m) const {

@@ -11,11 +11,11 @@ using namespace gl12;
 
 // Rows follow one another without gaps and bytes are as they are in memory.
 constexpr std::array<std::pair<GLenum, GLint>, 6> kTightRows = {{{GL_UNPACK_ALIGNMENT, 1},
-                                                                  {GL_UNPACK_ROW_LENGTH, 0},
-                                                                  {GL_UNPACK_SKIP_ROWS, 0},
-                                                                  {GL_UNPACK_SKIP_PIXELS, 0},
-                                                                  {GL_UNPACK_SWAP_BYTES, 0},
-                                                                  {GL_UNPACK_LSB_FIRST, 0}}};
+                                                                 {GL_UNPACK_ROW_LENGTH, 0},
+                                                                 {GL_UNPACK_SKIP_ROWS, 0},
+                                                                 {GL_UNPACK_SKIP_PIXELS, 0},
+                                                                 {GL_UNPACK_SWAP_BYTES, 0},
+                                                                 {GL_UNPACK_LSB_FIRST, 0}}};
 
 }  // namespace
 
@@ -50,8 +50,8 @@ Result<unsigned> GlTextures::create(const GlPixelFormat& pixel, const FormatInfo
   GLint largest = 0;
   gl_.GetIntegerv(GL_MAX_TEXTURE_SIZE, &largest);
   if ((GLint{1} << tile_exponent) > largest)
-    return fail(ErrorCode::kUnsupported, "tiles of 2^" + std::to_string(tile_exponent) + " texels are larger than the largest texture of this OpenGL, " +
-                                             std::to_string(largest));
+    return fail(ErrorCode::kUnsupported, "tiles of 2^" + std::to_string(tile_exponent) +
+                                             " texels are larger than the largest texture of this OpenGL, " + std::to_string(largest));
   GLint bound = 0;
   gl_.GetIntegerv(GL_TEXTURE_BINDING_2D, &bound);
   GLuint texture = 0;
@@ -68,7 +68,8 @@ Result<unsigned> GlTextures::create(const GlPixelFormat& pixel, const FormatInfo
     if (pixel.compressed) {
       // Some drivers refuse a compressed image without data, so it gets one block of zeros after another.
       const std::vector<std::byte> zeros(payload_bytes(format, static_cast<std::size_t>(edge), static_cast<std::size_t>(edge)));
-      compression_.CompressedTexImage2DARB(GL_TEXTURE_2D, mip, pixel.internal, edge, edge, 0, static_cast<GLsizei>(zeros.size()), zeros.data());
+      compression_.CompressedTexImage2DARB(GL_TEXTURE_2D, mip, pixel.internal, edge, edge, 0, static_cast<GLsizei>(zeros.size()),
+                                           zeros.data());
     } else {
       gl_.TexImage2D(GL_TEXTURE_2D, mip, static_cast<GLint>(pixel.internal), edge, edge, 0, pixel.format, pixel.type, nullptr);
     }

@@ -13,7 +13,8 @@ std::string glsl_function_text(std::string_view name, int stages) {
     text += "uniform sampler2D " + n + "_tile" + k + ";\nuniform vec4 " + n + "_map" + k + ";\n";
   }
   // Every stage is fetched whether it is used or not: a fetch inside a branch has no defined derivatives.
-  text += "vec4 " + n + "(vec2 uv) {\n  vec4 value = vec4(0.0);\n  bool open = true;  // no finer tile was hit yet\n  vec2 p;\n  vec4 texel;\n";
+  text +=
+      "vec4 " + n + "(vec2 uv) {\n  vec4 value = vec4(0.0);\n  bool open = true;  // no finer tile was hit yet\n  vec2 p;\n  vec4 texel;\n";
   for (int i = 0; i < stages; ++i) {
     const std::string k = std::to_string(i);
     text += "  p = uv * " + n + "_map" + k + ".xy + " + n + "_map" + k + ".zw;\n";
@@ -30,7 +31,8 @@ Result<void> GlslBackend::load(const GlHost& host, GlTextures& textures) {
   const int number = gl_version_number(version);
   // The version counts, not the pointer: getprocs return pointers for names that do not exist.
   if (number < 201)
-    return fail(ErrorCode::kUnsupported, std::string("the shader path needs OpenGL 2.1; this context is ") + version + "; use the fixed-function path");
+    return fail(ErrorCode::kUnsupported,
+                std::string("the shader path needs OpenGL 2.1; this context is ") + version + "; use the fixed-function path");
   if (const char* missing = gl_.load(host.getproc, host.user))
     return fail(ErrorCode::kUnsupported, std::string(missing) + " was not found by the host's getproc; the shader path needs OpenGL 2.1");
 
@@ -62,7 +64,8 @@ Result<void> GlslBackend::load(const GlHost& host, GlTextures& textures) {
 
 Result<Gl12Backend::Upload> GlslBackend::upload_for(TexelFormat layer_format, bool must_be_plain) const {
   using Upload = Gl12Backend::Upload;
-  if (!floats_ && format_info(layer_format).block_bytes % 4 == 0 && layer_format != TexelFormat::kRgba8 && layer_format != TexelFormat::kBc1)
+  if (!floats_ && format_info(layer_format).block_bytes % 4 == 0 && layer_format != TexelFormat::kRgba8 &&
+      layer_format != TexelFormat::kBc1)
     return fail(ErrorCode::kUnsupported, std::string(format_info(layer_format).name) + " textures need OpenGL 3.0");
   switch (layer_format) {
     case TexelFormat::kRgb8:
@@ -109,7 +112,8 @@ void GlslBackend::bind_unit(GlTextures& textures, int unit, unsigned texture) co
 }
 
 void GlslBackend::set_map(const ShaderBinding& binding, int stage, const TileMatrix& m) const {
-  const float map[4] = {static_cast<float>(m.scale_x), static_cast<float>(m.scale_y), static_cast<float>(m.trans_x), static_cast<float>(m.trans_y)};
+  const float map[4] = {static_cast<float>(m.scale_x), static_cast<float>(m.scale_y), static_cast<float>(m.trans_x),
+                        static_cast<float>(m.trans_y)};
   gl_.Uniform4fv(binding.map_locations[static_cast<std::size_t>(stage)], 1, map);
 }
 

@@ -11,15 +11,16 @@ Result<HeightField> HeightField::read(const store::StoreReader& reader, LayerId 
   const LayerInfo* info = reader.find_layer(layer);
   if (info == nullptr) return fail(ErrorCode::kUsage, reader.path().string() + ": no layer with number " + std::to_string(layer.value));
   if (info->format != TexelFormat::kR32Float)
-    return fail(ErrorCode::kUsage, reader.path().string() + ": layer \"" + info->name + "\" holds " + std::string(format_info(info->format).name) +
-                                       " texels; heights are r32f");
+    return fail(ErrorCode::kUsage, reader.path().string() + ": layer \"" + info->name + "\" holds " +
+                                       std::string(format_info(info->format).name) + " texels; heights are r32f");
   if (most_texels < 1 || most_texels > 8192) return fail(ErrorCode::kUsage, "a height field is 1 to 8192 texels wide");
 
   Level level = info->finest;
   while (level.value > 0 && std::max(info->data_rect(level).width, info->data_rect(level).height) > most_texels) --level.value;
   HeightField field(VtMapping(reader.description().area, *info), level, info->data_rect(level));
   if (std::max(field.rect_.width, field.rect_.height) > 8192)
-    return fail(ErrorCode::kUnsupported, reader.path().string() + ": even the coarsest level of \"" + info->name + "\" is more than 8192 texels wide");
+    return fail(ErrorCode::kUnsupported,
+                reader.path().string() + ": even the coarsest level of \"" + info->name + "\" is more than 8192 texels wide");
   field.heights_.resize(static_cast<std::size_t>(field.rect_.width * field.rect_.height));
   VT_CHECK(store::read_region(reader, layer, level, field.rect_, std::as_writable_bytes(std::span(field.heights_))));
 

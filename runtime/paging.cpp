@@ -12,8 +12,8 @@ constexpr int kMaxTilesPerSide = 8;
 constexpr int kMaxTileTextureExponent = 13;
 
 // Position along one axis, in texels.
-std::int64_t axis_origin(double center, std::int64_t box, std::int64_t width, std::int64_t data_begin, std::int64_t data_end, std::int64_t hop,
-                         const std::int64_t* current, double hysteresis) {
+std::int64_t axis_origin(double center, std::int64_t box, std::int64_t width, std::int64_t data_begin, std::int64_t data_end,
+                         std::int64_t hop, const std::int64_t* current, double hysteresis) {
   // The box may travel over the data, rounded out to the grid; where the data is smaller than the box there is nowhere to go.
   const std::int64_t first = std::min(data_begin / hop * hop, width - box);
   const std::int64_t last = std::max(first, std::min((data_end + hop - 1) / hop * hop, width) - box);
@@ -105,7 +105,8 @@ Result<VtLayout> make_layout(const LayerInfo& layer, const LayoutOptions& option
     if (hop == 0) hop = tiles_per_side == 1 && tile_exponent < level_exponent ? tile / 2 : tile;
     hop = std::clamp<std::int64_t>(hop, std::int64_t{1} << block_exponent, tile);
 
-    // Mip k of a tile is a rectangle of the level k coarser; it lies on that level's texels (or blocks) only when 2^k divides the tile's origin.
+    // Mip k of a tile is a rectangle of the level k coarser; it lies on that level's texels (or blocks) only when 2^k divides the tile's
+    // origin.
     const int mips_on_grid = log2_floor(hop) - block_exponent + 1;
     const int mips_in_store = value + 1;
     const int most = std::max(1, std::min(mips_on_grid, mips_in_store));
@@ -115,12 +116,14 @@ Result<VtLayout> make_layout(const LayerInfo& layer, const LayoutOptions& option
   return layout;
 }
 
-TexelOrigin box_origin(const VtLayout& layout, const LevelLayout& level, double s, double t, const TexelOrigin* current, double hysteresis) {
+TexelOrigin box_origin(const VtLayout& layout, const LevelLayout& level, double s, double t, const TexelOrigin* current,
+                       double hysteresis) {
   const std::int64_t width = layout.width(level.level);
   const TexelRect data = coarser(layout.data, layout.finest.value - level.level.value);
   const double texels = static_cast<double>(width);
   return {axis_origin(s * texels, level.box_texels(), width, data.x, data.right(), level.hop, current ? &current->x : nullptr, hysteresis),
-          axis_origin((1.0 - t) * texels, level.box_texels(), width, data.y, data.bottom(), level.hop, current ? &current->y : nullptr, hysteresis)};
+          axis_origin((1.0 - t) * texels, level.box_texels(), width, data.y, data.bottom(), level.hop, current ? &current->y : nullptr,
+                      hysteresis)};
 }
 
 Box box_at(const VtLayout& layout, Level level, TexelOrigin origin, std::int64_t texels) {
@@ -137,11 +140,14 @@ Point2 center_of(const VtLayout& layout, const LevelLayout& level, TexelOrigin t
   return {static_cast<double>(tile.x + half) * scale, static_cast<double>(layout.width(level.level) - tile.y - half) * scale};
 }
 
-TileMatrix tile_matrix(const VtLayout& layout, const LevelLayout& level, TexelOrigin tile, const VtMapping::Affine& st_from_uv, Point2 uv_origin) {
+TileMatrix tile_matrix(const VtLayout& layout, const LevelLayout& level, TexelOrigin tile, const VtMapping::Affine& st_from_uv,
+                       Point2 uv_origin) {
   const int paper = paper_level(level.level, layout.finest);
   const Point2 center = center_of(layout, level, tile);
-  const Linear u = local_transform(center.x, level.tile_exponent, paper, layout.vt_exponent, st_from_uv.scale_x * uv_origin.x + st_from_uv.offset_x);
-  const Linear v = local_transform(center.y, level.tile_exponent, paper, layout.vt_exponent, st_from_uv.scale_y * uv_origin.y + st_from_uv.offset_y);
+  const Linear u =
+      local_transform(center.x, level.tile_exponent, paper, layout.vt_exponent, st_from_uv.scale_x * uv_origin.x + st_from_uv.offset_x);
+  const Linear v =
+      local_transform(center.y, level.tile_exponent, paper, layout.vt_exponent, st_from_uv.scale_y * uv_origin.y + st_from_uv.offset_y);
   return {.scale_x = u.scale * st_from_uv.scale_x, .scale_y = -v.scale * st_from_uv.scale_y, .trans_x = u.trans, .trans_y = 1.0 - v.trans};
 }
 

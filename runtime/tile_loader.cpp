@@ -31,10 +31,11 @@ std::size_t mip_offset(const FormatInfo& format, int tile_exponent, int mip) {
 
 std::size_t tile_bytes(const FormatInfo& format, int tile_exponent, int mips) { return mip_offset(format, tile_exponent, mips); }
 
-TileLoader::TileLoader(std::shared_ptr<TileSource> source, TexelConversion conversion, int largest_exponent, int most_mips, int staging_tiles,
-                       std::size_t most_requests)
+TileLoader::TileLoader(std::shared_ptr<TileSource> source, TexelConversion conversion, int largest_exponent, int most_mips,
+                       int staging_tiles, std::size_t most_requests)
     : source_(std::move(source)), conversion_(conversion) {
-  assert(conversion_.source == conversion_.target || (conversion_.source == TexelFormat::kBc1 && conversion_.target == TexelFormat::kRgba8));
+  assert(conversion_.source == conversion_.target ||
+         (conversion_.source == TexelFormat::kBc1 && conversion_.target == TexelFormat::kRgba8));
   const int count = std::max(staging_tiles, 1);
   for (int i = 0; i < count; ++i) {
     images_.push_back(std::make_unique<TileImage>());
@@ -62,7 +63,8 @@ void TileLoader::post(std::span<const TileRequest> requests) {
         give_up_ = false;
         continue;
       }
-      const bool waits = std::any_of(done_.begin(), done_.end(), [&](const TileImage* image) { return same(request, image->slot, image->ticket); });
+      const bool waits =
+          std::any_of(done_.begin(), done_.end(), [&](const TileImage* image) { return same(request, image->slot, image->ticket); });
       if (!waits) queue_.push_back(request);
     }
   }
@@ -154,8 +156,9 @@ Result<bool> TileLoader::load(const TileRequest& request, TileImage& image) {
     const std::int64_t edge = request.level.tile_texels() >> mip;
     const Level level{static_cast<std::uint8_t>(request.level.level.value - mip)};
     const TexelRect rect{request.origin.x >> mip, request.origin.y >> mip, edge, edge};
-    const std::span<std::byte> out = std::span(image.bytes).subspan(mip_offset(target, image.tile_exponent, mip),
-                                                                   payload_bytes(target, static_cast<std::size_t>(edge), static_cast<std::size_t>(edge)));
+    const std::span<std::byte> out = std::span(image.bytes)
+                                         .subspan(mip_offset(target, image.tile_exponent, mip),
+                                                  payload_bytes(target, static_cast<std::size_t>(edge), static_cast<std::size_t>(edge)));
     if (conversion_.source == conversion_.target) {
       VT_CHECK(source_->read(level, rect, out));
     } else {
@@ -174,8 +177,7 @@ void TileLoader::tint(const TileRequest& request, std::span<std::byte> texels) c
   if (channels == 0) return;
   const std::array<std::uint8_t, 3> colour = tint_colour(request.levels_from_finest);
   for (std::size_t i = 0; i + channels <= texels.size(); i += channels)
-    for (std::size_t c = 0; c < 3; ++c)
-      texels[i + c] = static_cast<std::byte>((std::to_integer<unsigned>(texels[i + c]) + colour[c]) / 2);
+    for (std::size_t c = 0; c < 3; ++c) texels[i + c] = static_cast<std::byte>((std::to_integer<unsigned>(texels[i + c]) + colour[c]) / 2);
 }
 
 }  // namespace vt::runtime

@@ -1,6 +1,7 @@
-// The loader thread: first stage of paging, from disk to memory. It reads a tile and its mips, turns them into what the graphics card takes, and hands
-// them over in staging buffers from a fixed pool. The GL thread only swaps pointers with it under a short lock; it never waits for the disk.
-// Threads: post, take, release and the counters belong to one thread (the GL thread); the constructor starts the loader, the destructor stops it.
+// The loader thread: first stage of paging, from disk to memory. It reads a tile and its mips, turns them into what the graphics card
+// takes, and hands them over in staging buffers from a fixed pool. The GL thread only swaps pointers with it under a short lock; it never
+// waits for the disk. Threads: post, take, release and the counters belong to one thread (the GL thread); the constructor starts the
+// loader, the destructor stops it.
 #pragma once
 
 #include <array>
@@ -83,9 +84,9 @@ class TileLoader {
   mutable std::mutex mutex_;
   std::condition_variable_any wake_;
   std::vector<TileRequest> queue_;
-  std::size_t next_ = 0;          // first of queue_ not begun
-  TileRequest in_work_;           // slot -1: idle
-  bool give_up_ = false;          // nobody wants in_work_ any more
+  std::size_t next_ = 0;  // first of queue_ not begun
+  TileRequest in_work_;   // slot -1: idle
+  bool give_up_ = false;  // nobody wants in_work_ any more
   std::vector<TileImage*> free_;
   std::vector<TileImage*> done_;
   LoaderCounters counters_;

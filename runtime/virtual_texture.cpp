@@ -111,10 +111,12 @@ Result<VirtualTexture> VirtualTexture::open(std::shared_ptr<const store::StoreRe
   for (const LayerInfo& candidate : reader->layers()) {
     if (candidate.role != LayerRole::kTexture) continue;
     have += (have.empty() ? "" : ", ") + candidate.name;
-    if (layer == nullptr && (options.layer.empty() ? candidate.channel == ChannelType::kColor : candidate.name == options.layer)) layer = &candidate;
+    if (layer == nullptr && (options.layer.empty() ? candidate.channel == ChannelType::kColor : candidate.name == options.layer))
+      layer = &candidate;
   }
   if (layer == nullptr)
-    return fail(ErrorCode::kUsage, reader->path().string() + ": no " + (options.layer.empty() ? "colour layer" : "layer \"" + options.layer + "\"") +
+    return fail(ErrorCode::kUsage, reader->path().string() + ": no " +
+                                       (options.layer.empty() ? "colour layer" : "layer \"" + options.layer + "\"") +
                                        "; it has: " + (have.empty() ? "none" : have));
   const Area area = reader->description().area;
   auto source = std::make_shared<StoreTileSource>(reader, layer->id);
@@ -170,7 +172,8 @@ Result<void> VirtualTexture::attach(const GlHost& host) {
   const bool fixed = host.path == Path::kFixedFunction;
   VT_CHECK(fixed ? impl.gl12.load(host, impl.textures) : impl.glsl.load(host, impl.textures));
   const bool must_be_plain = impl.options.tint_levels;
-  VT_ASSIGN(impl.upload, fixed ? impl.gl12.upload_for(impl.info.format, must_be_plain) : impl.glsl.upload_for(impl.info.format, must_be_plain));
+  VT_ASSIGN(impl.upload,
+            fixed ? impl.gl12.upload_for(impl.info.format, must_be_plain) : impl.glsl.upload_for(impl.info.format, must_be_plain));
 
   for (const Slot& slot : impl.residency.slots()) {
     const LevelLayout& level = impl.residency.layout().levels[static_cast<std::size_t>(slot.level)];
@@ -197,8 +200,8 @@ Result<void> VirtualTexture::attach(const GlHost& host) {
   }
   most_mips = std::min(most_mips, largest_exponent + 1);
   impl.loader = std::make_unique<TileLoader>(
-      impl.source, TexelConversion{.source = impl.info.format, .target = impl.upload.format, .tint_levels = impl.options.tint_levels}, largest_exponent,
-      most_mips, impl.options.staging_tiles, impl.residency.slots().size());
+      impl.source, TexelConversion{.source = impl.info.format, .target = impl.upload.format, .tint_levels = impl.options.tint_levels},
+      largest_exponent, most_mips, impl.options.staging_tiles, impl.residency.slots().size());
   impl.residency.forget_content();
   impl.must_post = true;
   impl.attached = true;
@@ -435,7 +438,8 @@ void VirtualTexture::bind(const ShaderBinding& binding, const StageSet& tiles, P
       ++impl.binds;
       bound = texture;
     }
-    impl.glsl.set_map(binding, stage, tile_matrix(impl.residency.layout(), impl.residency.level_of(slot_index), slot.shown, impl.st_from_uv, uv_origin));
+    impl.glsl.set_map(binding, stage,
+                      tile_matrix(impl.residency.layout(), impl.residency.level_of(slot_index), slot.shown, impl.st_from_uv, uv_origin));
   }
   impl.glsl.leave_unit_zero_active();
 }
@@ -500,7 +504,8 @@ Result<LayoutOptions> layout_for_budget(const LayerInfo& layer, std::uint64_t bu
       best_texels = texels;
     }
   }
-  if (!best) return fail(ErrorCode::kUsage, "no layout of this layer fits into " + std::to_string(budget_bytes) + " bytes of texture memory");
+  if (!best)
+    return fail(ErrorCode::kUsage, "no layout of this layer fits into " + std::to_string(budget_bytes) + " bytes of texture memory");
   return *best;
 }
 

@@ -6,14 +6,17 @@
 //     texture.update();                                      // GL thread: a bounded amount of uploading, never disk
 //     for (each geometry) {
 //       const StageSet tiles = texture.select(its_uv_box);   // which tiles texture it
-//       texture.bind(tiles, its_uv_origin);                  // glBindTexture and a texture matrix; draw it with (u, v) - origin as coordinates
+//       texture.bind(tiles, its_uv_origin);                  // glBindTexture and a texture matrix; draw it with (u, v) - origin as
+//       coordinates
 //     }
 //
-// On the shader path bind() takes a ShaderBinding and the fragment shader calls the function that glsl_function() wrote. Any number of virtual
-// textures may be drawn in one pass, each on its own units. Dataset coordinates (u, v) run 0..1 over the dataset's area from its south-west corner.
+// On the shader path bind() takes a ShaderBinding and the fragment shader calls the function that glsl_function() wrote. Any number of
+// virtual textures may be drawn in one pass, each on its own units. Dataset coordinates (u, v) run 0..1 over the dataset's area from its
+// south-west corner.
 //
-// OpenGL is reached only through the host's `getproc`: the library links no GL and makes no context. GL state that update() touches is put back.
-// Threads: set_center() and its kin from anywhere; attach, detach, context_lost, update, select and bind from the GL thread; open and close from anywhere.
+// OpenGL is reached only through the host's `getproc`: the library links no GL and makes no context. GL state that update() touches is put
+// back. Threads: set_center() and its kin from anywhere; attach, detach, context_lost, update, select and bind from the GL thread; open and
+// close from anywhere.
 #pragma once
 
 #include <array>
@@ -57,12 +60,13 @@ struct GlHost {
 
 // Wishes; make_layout() in runtime/paging.h turns them into a legal layout. The runtime's tiles need not be the store's.
 struct LayoutOptions {
-  int tile_exponent = 9;        // tile textures of 2^9 = 512 texels a side; 3..13
-  int tiles_per_side = 1;       // n x n tiles a level, 1..8
-  int mips = 0;                 // 0: as many as the hop allows
-  std::int64_t hop_texels = 0;  // the paging grid: 0: half a tile where a level is one tile, else a whole tile, so that tiles are kept when the center moves
-  int levels = 0;               // how many of the finest levels to page, beside the one over everything; 0: all
-  struct Override {             // a level that differs; fields below 1 keep the value above
+  int tile_exponent = 9;   // tile textures of 2^9 = 512 texels a side; 3..13
+  int tiles_per_side = 1;  // n x n tiles a level, 1..8
+  int mips = 0;            // 0: as many as the hop allows
+  std::int64_t hop_texels =
+      0;  // the paging grid: 0: half a tile where a level is one tile, else a whole tile, so that tiles are kept when the center moves
+  int levels = 0;    // how many of the finest levels to page, beside the one over everything; 0: all
+  struct Override {  // a level that differs; fields below 1 keep the value above
     Level level;
     int tile_exponent = 0;
     int tiles_per_side = 0;
@@ -82,7 +86,8 @@ struct Options {
   bool tint_levels = false;                                // colours each level, to see where it lies; 8-bit and BC1 layers
 };
 
-// Texture memory that a layer takes with these options, double buffering and mips included, when `decoded` for block formats that GL does not take.
+// Texture memory that a layer takes with these options, double buffering and mips included, when `decoded` for block formats that GL does
+// not take.
 [[nodiscard]] Result<std::uint64_t> texture_bytes(const LayerInfo& layer, const LayoutOptions& options, bool decoded = false);
 // The options of most texels a level whose texture_bytes() stay within `budget_bytes`. kUsage when not even the smallest do.
 [[nodiscard]] Result<LayoutOptions> layout_for_budget(const LayerInfo& layer, std::uint64_t budget_bytes, bool decoded = false);
@@ -119,13 +124,13 @@ struct LoaderCounters {
   std::uint64_t tiles_read = 0;
   std::uint64_t tiles_cancelled = 0;  // given up half-way, because the center had moved on
   std::uint64_t tiles_failed = 0;
-  std::uint64_t bytes_read = 0;       // from the store, as texels
+  std::uint64_t bytes_read = 0;  // from the store, as texels
 };
 
 struct FrameStats {
   std::uint64_t frame = 0;
-  std::size_t upload_bytes = 0;    // sent by this update()
-  std::size_t upload_budget = 0;   // what it was allowed
+  std::size_t upload_bytes = 0;   // sent by this update()
+  std::size_t upload_budget = 0;  // what it was allowed
   int upload_calls = 0;
   int pages_completed = 0;         // tiles that became visible
   int levels_moved = 0;            // levels whose box hopped
@@ -145,7 +150,8 @@ class VirtualTexture {
   // Virtual textures of one store share its reader.
   [[nodiscard]] static Result<VirtualTexture> open(std::shared_ptr<const store::StoreReader> reader, Options options = {});
   // Texels from somewhere else than a store. `area` and `layer` describe them.
-  [[nodiscard]] static Result<VirtualTexture> open(std::shared_ptr<TileSource> source, const Area& area, const LayerInfo& layer, Options options = {});
+  [[nodiscard]] static Result<VirtualTexture> open(std::shared_ptr<TileSource> source, const Area& area, const LayerInfo& layer,
+                                                   Options options = {});
   VirtualTexture(VirtualTexture&&) noexcept;
   VirtualTexture& operator=(VirtualTexture&&) noexcept;
   ~VirtualTexture();  // stops the loader; deletes no GL object, as no context may be current: call detach() for that
@@ -159,7 +165,8 @@ class VirtualTexture {
   void follow_center(Level level);
   void set_upload_budget(std::size_t bytes, double seconds = 0.0);
 
-  // Creates the tile textures in the current context. kUnsupported when the context cannot do the path or the layer's format; the message says what is missing.
+  // Creates the tile textures in the current context. kUnsupported when the context cannot do the path or the layer's format; the message
+  // says what is missing.
   [[nodiscard]] Result<void> attach(const GlHost& host);
   void detach();        // deletes them; the context is current
   void context_lost();  // forgets them; attach() again
@@ -172,8 +179,9 @@ class VirtualTexture {
 
   [[nodiscard]] StageSet select(const UvBox& box) const;
 
-  // Fixed-function path, on the active texture unit: binds the tile and loads the texture matrix. Texture coordinates are (u, v) - uv_origin: with an
-  // origin inside the geometry they are small numbers, and float is exact enough for any virtual texture. The host enables GL_TEXTURE_2D.
+  // Fixed-function path, on the active texture unit: binds the tile and loads the texture matrix. Texture coordinates are (u, v) -
+  // uv_origin: with an origin inside the geometry they are small numbers, and float is exact enough for any virtual texture. The host
+  // enables GL_TEXTURE_2D.
   void bind(const StageSet& tiles, Point2 uv_origin = {});
   // GLSL text of `vec4 NAME(vec2 uv)` with the uniforms it needs, for GLSL 1.20 and later, to be put before the user's main().
   [[nodiscard]] static std::string glsl_function(std::string_view name, int stages);
@@ -203,7 +211,8 @@ class VirtualTexture {
   std::unique_ptr<Impl> impl_;
 };
 
-// Fills `order` with the draws' indices such that those that share tiles follow one another: then binds = distinct tile sets. No allocation.
+// Fills `order` with the draws' indices such that those that share tiles follow one another: then binds = distinct tile sets. No
+// allocation.
 void sort_by_tile(std::span<const StageSet> draws, std::span<std::uint32_t> order);
 
 // --- Heights on the CPU -------------------------------------------------------------------------------------------------------------

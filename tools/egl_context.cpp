@@ -23,8 +23,21 @@ Result<EglContext> EglContext::create(int width, int height, GlProfile profile) 
   if (display == EGL_NO_DISPLAY || !eglInitialize(display, nullptr, nullptr)) return no_context("eglInitialize");
   if (!eglBindAPI(EGL_OPENGL_API)) return no_context("eglBindAPI");
 
-  const EGLint wanted[] = {EGL_SURFACE_TYPE, EGL_PBUFFER_BIT, EGL_RENDERABLE_TYPE, EGL_OPENGL_BIT, EGL_RED_SIZE,   8,  EGL_GREEN_SIZE, 8,
-                           EGL_BLUE_SIZE,    8,               EGL_ALPHA_SIZE,      8,              EGL_DEPTH_SIZE, 24, EGL_NONE};
+  const EGLint wanted[] = {EGL_SURFACE_TYPE,
+                           EGL_PBUFFER_BIT,
+                           EGL_RENDERABLE_TYPE,
+                           EGL_OPENGL_BIT,
+                           EGL_RED_SIZE,
+                           8,
+                           EGL_GREEN_SIZE,
+                           8,
+                           EGL_BLUE_SIZE,
+                           8,
+                           EGL_ALPHA_SIZE,
+                           8,
+                           EGL_DEPTH_SIZE,
+                           24,
+                           EGL_NONE};
   EGLConfig config = nullptr;
   EGLint count = 0;
   if (!eglChooseConfig(display, wanted, &config, 1, &count) || count == 0) return no_context("eglChooseConfig");
@@ -34,7 +47,7 @@ Result<EglContext> EglContext::create(int width, int height, GlProfile profile) 
   const EGLint size[] = {EGL_WIDTH, width, EGL_HEIGHT, height, EGL_NONE};
   made.surface_ = eglCreatePbufferSurface(display, config, size);
   if (made.surface_ == EGL_NO_SURFACE) return no_context("eglCreatePbufferSurface");
-  const EGLint core[] = {EGL_CONTEXT_MAJOR_VERSION, 3, EGL_CONTEXT_MINOR_VERSION, 3, EGL_CONTEXT_OPENGL_PROFILE_MASK,
+  const EGLint core[] = {EGL_CONTEXT_MAJOR_VERSION,           3,       EGL_CONTEXT_MINOR_VERSION, 3, EGL_CONTEXT_OPENGL_PROFILE_MASK,
                          EGL_CONTEXT_OPENGL_CORE_PROFILE_BIT, EGL_NONE};
   made.context_ = eglCreateContext(display, config, EGL_NO_CONTEXT, profile == GlProfile::kCore33 ? core : nullptr);
   if (made.context_ == EGL_NO_CONTEXT) return no_context("eglCreateContext");

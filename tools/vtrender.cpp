@@ -1,8 +1,10 @@
-// vtrender: draws a store as terrain in perspective, without a window, through the runtime library and nothing else. Pictures, and frame times of a flight.
+// vtrender: draws a store as terrain in perspective, without a window, through the runtime library and nothing else. Pictures, and frame
+// times of a flight.
+#include <fmt/format.h>
+
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <chrono>
-#include <fmt/format.h>
 #include <nlohmann/json.hpp>
 #include <thread>
 
@@ -97,11 +99,13 @@ Result<std::optional<runtime::HeightField>> read_heights(const store::StoreReade
   if (name == "none") return std::optional<runtime::HeightField>();
   const LayerInfo* chosen = nullptr;
   for (const LayerInfo& layer : reader.layers())
-    if (layer.role == LayerRole::kTexture && chosen == nullptr && (name.empty() ? layer.channel == ChannelType::kElevation : layer.name == name))
+    if (layer.role == LayerRole::kTexture && chosen == nullptr &&
+        (name.empty() ? layer.channel == ChannelType::kElevation : layer.name == name))
       chosen = &layer;
   if (chosen == nullptr) {
     if (name.empty()) return std::optional<runtime::HeightField>();
-    return fail(ErrorCode::kUsage, reader.path().string() + ": no layer \"" + name + "\" for --elevation; `vtinspect info` lists the layers");
+    return fail(ErrorCode::kUsage,
+                reader.path().string() + ": no layer \"" + name + "\" for --elevation; `vtinspect info` lists the layers");
   }
   VT_ASSIGN(runtime::HeightField heights, runtime::HeightField::read(reader, chosen->id, 1024));
   return std::optional<runtime::HeightField>(std::move(heights));
@@ -115,7 +119,8 @@ class Renderer {
     shader_ = shader;
     width_ = width;
     height_ = height;
-    if (const char* missing = gl_.load(EglContext::getproc, nullptr)) return fail(ErrorCode::kUnsupported, std::string(missing) + " was not found");
+    if (const char* missing = gl_.load(EglContext::getproc, nullptr))
+      return fail(ErrorCode::kUnsupported, std::string(missing) + " was not found");
     gl_.Viewport(0, 0, width, height);
     gl_.ClearColor(0.60F, 0.74F, 0.88F, 1.0F);
     gl_.Enable(gl::GL_DEPTH_TEST);
@@ -143,7 +148,8 @@ class Renderer {
         texture_->bind(binding_, sets_[i], patch.uv_origin);
       else
         texture_->bind(sets_[i], patch.uv_origin);
-      const double move[16] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, patch.origin.x - view.eye.x, patch.origin.y - view.eye.y, patch.origin.z - view.eye.z, 1};
+      const double move[16] = {
+          1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, patch.origin.x - view.eye.x, patch.origin.y - view.eye.y, patch.origin.z - view.eye.z, 1};
       gl_.LoadMatrixd(move);
       gl_.VertexPointer(3, gl::GL_FLOAT, 0, patch.positions.data());
       gl_.TexCoordPointer(2, gl::GL_FLOAT, 0, patch.texcoords.data());
@@ -163,7 +169,8 @@ class Renderer {
 
  private:
   Result<void> make_program(int stages) {
-    if (const char* missing = shaders_.load(EglContext::getproc, nullptr)) return fail(ErrorCode::kUnsupported, std::string(missing) + " was not found");
+    if (const char* missing = shaders_.load(EglContext::getproc, nullptr))
+      return fail(ErrorCode::kUnsupported, std::string(missing) + " was not found");
     const std::string vertex = "#version 120\nvarying vec2 uv;\nvoid main() { uv = gl_MultiTexCoord0.xy; gl_Position = ftransform(); }\n";
     const std::string fragment = "#version 120\nvarying vec2 uv;\n" + runtime::VirtualTexture::glsl_function("vt_sample", stages) +
                                  "void main() { gl_FragColor = vt_sample(uv); }\n";
@@ -298,20 +305,21 @@ Result<int> run(const Flags& flags) {
   if (!renderer.last_sets().empty()) stages /= static_cast<double>(renderer.last_sets().size());
   const runtime::LoaderCounters loaded = texture.loader_counters();
   if (flags.json) {
-    nlohmann::ordered_json report = {{"store", flags.store},
-                                     {"layer", texture.layer().name},
-                                     {"path", flags.path},
-                                     {"width", width},
-                                     {"height", height},
-                                     {"camera", {camera.u, camera.v, camera.height_m, camera.heading_deg, camera.pitch_deg, camera.fov_deg}},
-                                     {"texture_bytes", texture.texture_bytes()},
-                                     {"tile_texels", 1 << options.layout.tile_exponent},
-                                     {"tiles_per_side", options.layout.tiles_per_side},
-                                     {"settle_ms", settle_ms},
-                                     {"tiles_read", loaded.tiles_read},
-                                     {"bytes_read", loaded.bytes_read},
-                                     {"patches", patches.size()},
-                                     {"mean_stages", stages}};
+    nlohmann::ordered_json report = {
+        {"store", flags.store},
+        {"layer", texture.layer().name},
+        {"path", flags.path},
+        {"width", width},
+        {"height", height},
+        {"camera", {camera.u, camera.v, camera.height_m, camera.heading_deg, camera.pitch_deg, camera.fov_deg}},
+        {"texture_bytes", texture.texture_bytes()},
+        {"tile_texels", 1 << options.layout.tile_exponent},
+        {"tiles_per_side", options.layout.tiles_per_side},
+        {"settle_ms", settle_ms},
+        {"tiles_read", loaded.tiles_read},
+        {"bytes_read", loaded.bytes_read},
+        {"patches", patches.size()},
+        {"mean_stages", stages}};
     if (!frame_ms.empty())
       report["frames"] = {{"count", frame_ms.size()},
                           {"median_ms", percentile(frame_ms, 0.5)},
@@ -327,14 +335,16 @@ Result<int> run(const Flags& flags) {
     return 0;
   }
   if (!flags.output.empty())
-    cli::print(fmt::format("{}: layer {}, {} x {}, {} patches, {} tiles read in {:.0f} ms, {} of textures\n", flags.output, texture.layer().name, width, height,
-                           patches.size(), loaded.tiles_read, settle_ms, cli::format_bytes(texture.texture_bytes())));
+    cli::print(fmt::format("{}: layer {}, {} x {}, {} patches, {} tiles read in {:.0f} ms, {} of textures\n", flags.output,
+                           texture.layer().name, width, height, patches.size(), loaded.tiles_read, settle_ms,
+                           cli::format_bytes(texture.texture_bytes())));
   if (!frame_ms.empty())
-    cli::print(fmt::format("{} frames: median {:.2f} ms, 99 % {:.2f} ms; update median {:.3f} ms, 99 % {:.3f} ms; upload at most {} of {} a frame; {} pages, "
-                           "{:.1f} binds a frame\n",
-                           frame_ms.size(), percentile(frame_ms, 0.5), percentile(frame_ms, 0.99), percentile(update_ms, 0.5), percentile(update_ms, 0.99),
-                           cli::format_bytes(most_bytes), cli::format_bytes(options.upload_budget_bytes), pages,
-                           static_cast<double>(binds) / static_cast<double>(frame_ms.size())));
+    cli::print(fmt::format(
+        "{} frames: median {:.2f} ms, 99 % {:.2f} ms; update median {:.3f} ms, 99 % {:.3f} ms; upload at most {} of {} a frame; {} pages, "
+        "{:.1f} binds a frame\n",
+        frame_ms.size(), percentile(frame_ms, 0.5), percentile(frame_ms, 0.99), percentile(update_ms, 0.5), percentile(update_ms, 0.99),
+        cli::format_bytes(most_bytes), cli::format_bytes(options.upload_budget_bytes), pages,
+        static_cast<double>(binds) / static_cast<double>(frame_ms.size())));
   return 0;
 }
 
@@ -343,29 +353,37 @@ Result<int> run(const Flags& flags) {
 
 int main(int argc, char** argv) {
   vt::tools::Flags flags;
-  CLI::App app("Draws a store as terrain in perspective, without a window, by the runtime library. Waits until every tile is there, then saves the picture.",
-               "vtrender");
+  CLI::App app(
+      "Draws a store as terrain in perspective, without a window, by the runtime library. Waits until every tile is there, then saves the "
+      "picture.",
+      "vtrender");
   app.add_option("STORE", flags.store, "the tile store (.vts)")->required();
   app.add_option("-o,--output", flags.output, "picture to write; .png");
   app.add_option("--layer", flags.layer, "colour layer to drape; default: the first");
-  app.add_option("--elevation", flags.elevation, "layer of heights to displace the ground with, or none; default: the first elevation layer");
+  app.add_option("--elevation", flags.elevation,
+                 "layer of heights to displace the ground with, or none; default: the first elevation layer");
   app.add_option("--exaggerate", flags.exaggerate, "multiplies heights")->capture_default_str();
   app.add_option("--path", flags.path, "gl12: OpenGL 1.2 alone, one tile for each patch; glsl: shaders, several tiles")
       ->check(CLI::IsMember({"gl12", "glsl"}))
       ->capture_default_str();
   app.add_option("--camera", flags.camera,
-                 "U,V,HEIGHT,HEADING,PITCH,FOV: place over the area (0..1 from the south-west corner), metres above the ground there, degrees clockwise "
+                 "U,V,HEIGHT,HEADING,PITCH,FOV: place over the area (0..1 from the south-west corner), metres above the ground there, "
+                 "degrees clockwise "
                  "from north, degrees above the horizon, vertical field of view in degrees; default: the whole area from the south");
   app.add_option("--size", flags.size, "WIDTHxHEIGHT in pixels")->capture_default_str();
-  app.add_option("--texture-memory", flags.texture_mib, "MiB of textures that the layout may take")->check(CLI::Range(1, 16384))->capture_default_str();
-  app.add_option("--tiles-per-side", flags.tiles_per_side, "n x n tiles a level, instead of what the memory allows")->check(CLI::Range(1, 8));
+  app.add_option("--texture-memory", flags.texture_mib, "MiB of textures that the layout may take")
+      ->check(CLI::Range(1, 16384))
+      ->capture_default_str();
+  app.add_option("--tiles-per-side", flags.tiles_per_side, "n x n tiles a level, instead of what the memory allows")
+      ->check(CLI::Range(1, 8));
   app.add_option("--tile-texels", flags.tile_texels, "width of a tile texture, a power of two, instead of what the memory allows")
       ->check(CLI::IsMember({32, 64, 128, 256, 512, 1024, 2048}));
   app.add_option("--stages", flags.stages, "glsl: most tiles for one patch")->check(CLI::Range(1, 16))->capture_default_str();
   app.add_option("--budget", flags.budget_kib, "KiB to upload in one frame at most")->check(CLI::Range(1, 1 << 20))->capture_default_str();
   app.add_flag("--no-extensions", flags.no_extensions, "use no OpenGL extension, as on a plain 1.2 driver");
   app.add_flag("--tint-levels", flags.tint_levels, "colour every level, to see where the paging squares lie");
-  app.add_option("--frames", flags.frames, "draw this many frames and print their times (wall clock around glFinish)")->check(CLI::Range(1, 1000000));
+  app.add_option("--frames", flags.frames, "draw this many frames and print their times (wall clock around glFinish)")
+      ->check(CLI::Range(1, 1000000));
   app.add_flag("--fly", flags.fly, "move the camera forward over the frames, half the area in all");
   app.add_option("--speed", flags.speed_m_s, "with --fly: metres a second at 60 frames a second, instead");
   app.add_flag("--json", flags.json, "print the report as JSON");

@@ -48,8 +48,8 @@ std::span<const std::uint16_t> patch_indices() {
   return kIndices;
 }
 
-Terrain::Terrain(const LayerInfo& layer, const VtMapping& mapping, Point2 metres, std::optional<runtime::HeightField> heights, double exaggerate,
-                 int patch_texels)
+Terrain::Terrain(const LayerInfo& layer, const VtMapping& mapping, Point2 metres, std::optional<runtime::HeightField> heights,
+                 double exaggerate, int patch_texels)
     : mapping_(mapping),
       vt_exponent_(layer.vt_exponent()),
       finest_(layer.finest),
@@ -58,7 +58,8 @@ Terrain::Terrain(const LayerInfo& layer, const VtMapping& mapping, Point2 metres
       exaggerate_(exaggerate),
       base_m_(heights_ ? heights_->min_height() : 0.0) {
   const Point2 north_west = mapping.uv_from_texel(layer.finest, {static_cast<double>(layer.data.x), static_cast<double>(layer.data.y)});
-  const Point2 south_east = mapping.uv_from_texel(layer.finest, {static_cast<double>(layer.data.right()), static_cast<double>(layer.data.bottom())});
+  const Point2 south_east =
+      mapping.uv_from_texel(layer.finest, {static_cast<double>(layer.data.right()), static_cast<double>(layer.data.bottom())});
   data_uv_ = {north_west.x, south_east.y, south_east.x, north_west.y};
   deepest_ = std::max(0, vt_exponent_ - static_cast<int>(std::log2(std::max(patch_texels, 1))));
 }
@@ -85,10 +86,22 @@ View Terrain::view(const Camera& camera, int width, int height) const {
   const double zw = 2.0 * far * near / (near - far);
   const double fx = focal / aspect;
   // clip = projection * rotation; rows of the rotation are right, up, back.
-  view.clip_from_offset = {fx * a.right.x, focal * a.up.x, zz * a.back.x, -a.back.x,
-                           fx * a.right.y, focal * a.up.y, zz * a.back.y, -a.back.y,
-                           fx * a.right.z, focal * a.up.z, zz * a.back.z, -a.back.z,
-                           0.0,            0.0,            zw,            0.0};
+  view.clip_from_offset = {fx * a.right.x,
+                           focal * a.up.x,
+                           zz * a.back.x,
+                           -a.back.x,
+                           fx * a.right.y,
+                           focal * a.up.y,
+                           zz * a.back.y,
+                           -a.back.y,
+                           fx * a.right.z,
+                           focal * a.up.z,
+                           zz * a.back.z,
+                           -a.back.z,
+                           0.0,
+                           0.0,
+                           zw,
+                           0.0};
   view.pixels_per_radian = height / (camera.fov_deg * kRadians);
   return view;
 }
@@ -134,8 +147,8 @@ void Terrain::descend(int depth, std::int64_t column, std::int64_t row, const Vi
   const double y = static_cast<double>(row) * size;
   const Point2 north_west = mapping_.uv_from_texel(finest_, {x, y});
   const Point2 south_east = mapping_.uv_from_texel(finest_, {x + size, y + size});
-  const runtime::UvBox uv{std::max(north_west.x, data_uv_.u_min), std::max(south_east.y, data_uv_.v_min), std::min(south_east.x, data_uv_.u_max),
-                          std::min(north_west.y, data_uv_.v_max)};
+  const runtime::UvBox uv{std::max(north_west.x, data_uv_.u_min), std::max(south_east.y, data_uv_.v_min),
+                          std::min(south_east.x, data_uv_.u_max), std::min(north_west.y, data_uv_.v_max)};
   if (uv.u_min >= uv.u_max || uv.v_min >= uv.v_max) return;
 
   const double width_m = std::max((uv.u_max - uv.u_min) * metres_.x, (uv.v_max - uv.v_min) * metres_.y);
@@ -160,7 +173,8 @@ void Terrain::descend(int depth, std::int64_t column, std::int64_t row, const Vi
     for (int child = 0; child < 4; ++child) descend(depth + 1, column * 2 + child % 2, row * 2 + child / 2, view, out);
     return;
   }
-  const std::uint64_t key = (static_cast<std::uint64_t>(depth) << 58) | (static_cast<std::uint64_t>(row) << 29) | static_cast<std::uint64_t>(column);
+  const std::uint64_t key =
+      (static_cast<std::uint64_t>(depth) << 58) | (static_cast<std::uint64_t>(row) << 29) | static_cast<std::uint64_t>(column);
   std::unique_ptr<Patch>& patch = patches_[key];
   if (!patch) patch = make_patch(uv);
   out.push_back(patch.get());
@@ -180,7 +194,8 @@ std::unique_ptr<Patch> Terrain::make_patch(const runtime::UvBox& uv) const {
       Vector3 p = minus(position(at), patch->origin);
       if (i < 0 || j < 0 || i > kPatchQuads || j > kPatchQuads) p.z -= heights_ ? skirt : 0.0;
       patch->positions.insert(patch->positions.end(), {static_cast<float>(p.x), static_cast<float>(p.y), static_cast<float>(p.z)});
-      patch->texcoords.insert(patch->texcoords.end(), {static_cast<float>(at.x - patch->uv_origin.x), static_cast<float>(at.y - patch->uv_origin.y)});
+      patch->texcoords.insert(patch->texcoords.end(),
+                              {static_cast<float>(at.x - patch->uv_origin.x), static_cast<float>(at.y - patch->uv_origin.y)});
       patch->radius_m = std::max(patch->radius_m, length(p));
     }
   }

@@ -1,5 +1,5 @@
-// The terrain that vtrender draws: square patches of the dataset, finer near the eye, cut along the grid that tiles lie on, so that a patch always fits a
-// tile. Also the camera. No OpenGL.
+// The terrain that vtrender draws: square patches of the dataset, finer near the eye, cut along the grid that tiles lie on, so that a patch
+// always fits a tile. Also the camera. No OpenGL.
 #pragma once
 
 #include <array>
