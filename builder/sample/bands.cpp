@@ -72,7 +72,8 @@ std::vector<Light> lights_of(const World& world, std::int64_t size) {
   const double half = static_cast<double>(size) * kTexelMetres / 2.0;
   std::vector<Light> lights;
   const auto add = [&](const Light& light) {
-    if (light.position.x >= -half && light.position.x < half && light.position.y >= -half && light.position.y < half) lights.push_back(light);
+    if (light.position.x >= -half && light.position.x < half && light.position.y >= -half && light.position.y < half)
+      lights.push_back(light);
   };
 
   // The scene's corners in coast coordinates; the bend of the streets moves them by less than 60 m.
@@ -100,7 +101,8 @@ std::vector<Light> lights_of(const World& world, std::int64_t size) {
   // Streets and buildings of the towns.
   const std::int64_t last_i = floor_int(std::min(last_inland, World::kTownLimit) / static_cast<double>(World::kBlockInland));
   for (std::int64_t i = floor_int(std::max(first_inland, 0.0) / static_cast<double>(World::kBlockInland)); i <= last_i; ++i) {
-    for (std::int64_t j = floor_int(-reach / static_cast<double>(World::kBlockShore)); j <= floor_int(reach / static_cast<double>(World::kBlockShore)); ++j) {
+    for (std::int64_t j = floor_int(-reach / static_cast<double>(World::kBlockShore));
+         j <= floor_int(reach / static_cast<double>(World::kBlockShore)); ++j) {
       const Block block = world.block(i, j);
       if (!block.urban) continue;
       const double inland = static_cast<double>(i) * static_cast<double>(World::kBlockInland);

@@ -21,8 +21,8 @@ struct Band {
 };
 
 struct Light {
-  Position position;   // metres from the centre
-  float height_m;      // above ground
+  Position position;       // metres from the centre
+  float height_m;          // above ground
   float red, green, blue;  // linear, the largest is 1
   float power_w;
 };

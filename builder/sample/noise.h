@@ -67,8 +67,8 @@ constexpr Noise2 noise2(std::uint32_t salt, double x, double y) {
   const float ease_slope_x = 30.0F * tx * tx * (tx * (tx - 2.0F) + 1.0F);
   const float ease_slope_y = 30.0F * ty * ty * (ty * (ty - 2.0F) + 1.0F);
   const float mixed = a - b - c + d;
-  return {2.0F * (a + (b - a) * ease_x + (c - a) * ease_y + mixed * ease_x * ease_y) - 1.0F,
-          2.0F * (b - a + mixed * ease_y) * ease_slope_x, 2.0F * (c - a + mixed * ease_x) * ease_slope_y};
+  return {2.0F * (a + (b - a) * ease_x + (c - a) * ease_y + mixed * ease_x * ease_y) - 1.0F, 2.0F * (b - a + mixed * ease_y) * ease_slope_x,
+          2.0F * (c - a + mixed * ease_x) * ease_slope_y};
 }
 
 }  // namespace vt::sample

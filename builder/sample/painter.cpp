@@ -34,7 +34,20 @@ constexpr Rgb blend(Rgb a, Rgb b, float t) { return {mix(a.r, b.r, t), mix(a.g, 
 
 // Landscape values that are interpolated between elevation nodes.
 enum Field : int {
-  kHeight, kDry, kRiver, kCoastRoad, kValleyRoad, kTown, kMoisture, kStreetInland, kStreetShore, kSlopeEast, kSlopeNorth, kForest, kHollow, kFieldCount
+  kHeight,
+  kDry,
+  kRiver,
+  kCoastRoad,
+  kValleyRoad,
+  kTown,
+  kMoisture,
+  kStreetInland,
+  kStreetShore,
+  kSlopeEast,
+  kSlopeNorth,
+  kForest,
+  kHollow,
+  kFieldCount
 };
 using Fields = std::array<float, kFieldCount>;
 
@@ -44,9 +57,9 @@ enum class Thing : std::uint8_t { kNothing, kTree, kRoof };
 // What a point of the ground is, before trees and houses.
 struct Surface {
   Material material;
-  Parcel parcel;                  // of a field
-  float street_m = 1000.0F;       // distance from the centre of a town street
-  const Block* block = nullptr;   // the town block it belongs to
+  Parcel parcel;                 // of a field
+  float street_m = 1000.0F;      // distance from the centre of a town street
+  const Block* block = nullptr;  // the town block it belongs to
 };
 
 }  // namespace
@@ -55,8 +68,8 @@ struct Painter::Scratch {
   // Node grids, one per field.
   std::array<std::array<float, std::size_t{kNodes} * kNodes>, kFieldCount> nodes;
   // Things on the wide square.
-  std::array<float, std::size_t{kWide} * kWide> thing_m;     // height above ground
-  std::array<float, std::size_t{kWide} * kWide> shadow_m;    // height of the shadow's upper edge
+  std::array<float, std::size_t{kWide} * kWide> thing_m;   // height above ground
+  std::array<float, std::size_t{kWide} * kWide> shadow_m;  // height of the shadow's upper edge
   std::array<Thing, std::size_t{kWide} * kWide> thing;
   std::array<std::uint32_t, std::size_t{kWide} * kWide> look;
   std::array<std::int8_t, std::size_t{kWide} * kWide> tilt_east;  // slope of the thing's surface, in 1/32
@@ -136,8 +149,9 @@ void Painter::Scratch::fill_nodes(const World& world) {
       const float h = height[at];
       // Forest likes slopes that no plough climbs, river banks and middle heights; not the coast, cliffs or the heights.
       nodes[kForest][at] = 0.95F * moist + 0.5F * smoothstep(0.08F, 0.3F, slope) + 0.55F * smoothstep(40.0F, 110.0F, h) +
-                           0.4F * (1.0F - smoothstep(0.0F, 26.0F, nodes[kRiver][at])) - 0.42F - 2.2F * smoothstep(270.0F, 420.0F, h + 70.0F * moist) -
-                           1.4F * smoothstep(0.75F, 1.05F, slope) - 1.2F * (1.0F - smoothstep(2.0F, 7.0F, h));
+                           0.4F * (1.0F - smoothstep(0.0F, 26.0F, nodes[kRiver][at])) - 0.42F -
+                           2.2F * smoothstep(230.0F, 380.0F, h + 70.0F * moist) - 1.4F * smoothstep(0.75F, 1.05F, slope) -
+                           1.2F * (1.0F - smoothstep(2.0F, 7.0F, h));
     }
   }
 }
@@ -212,7 +226,7 @@ Surface Painter::Scratch::surface(const World& world, const Fields& f, Position 
     s.material = Material::kSand;
     return s;
   }
-  if (f[kHeight] + 60.0F * grain > 450.0F + 140.0F * smoothstep(0.7F, 1.3F, slope) && slope < 1.3F) {
+  if (f[kHeight] + 60.0F * grain > 400.0F + 140.0F * smoothstep(0.7F, 1.3F, slope) && slope < 1.3F) {
     s.material = Material::kSnow;
     return s;
   }
@@ -249,7 +263,8 @@ void Painter::Scratch::build_houses() {
       };
       const float inland = bilinear(kStreetInland);
       const float shore = bilinear(kStreetShore);
-      const Block* block = block_at(floor_int(static_cast<double>(inland / World::kBlockInland)), floor_int(static_cast<double>(shore / World::kBlockShore)));
+      const Block* block = block_at(floor_int(static_cast<double>(inland / World::kBlockInland)),
+                                    floor_int(static_cast<double>(shore / World::kBlockShore)));
       if (block == nullptr || !block->urban) continue;
       for (const Building& b : block->buildings) {
         const float d_inland = inland - b.inland;
@@ -296,7 +311,9 @@ void Painter::Scratch::plant_trees(const World& world) {
         const Surface s = surface(world, f, p);
         if (s.material == Material::kForest) chance = 0.93F;
         if (s.material == Material::kGrass) {
-          chance = s.block != nullptr ? (s.block->use == Block::Use::kPark ? 0.5F : s.block->use == Block::Use::kHomes ? 0.15F : 0.03F)
+          chance = s.block != nullptr    ? (s.block->use == Block::Use::kPark    ? 0.5F
+                                            : s.block->use == Block::Use::kHomes ? 0.15F
+                                                                                 : 0.03F)
                    : f[kForest] > -0.12F ? 0.35F
                    : f[kHeight] < 330.0F ? 0.02F
                                          : 0.0F;
@@ -527,7 +544,8 @@ void Painter::paint(std::int64_t column, std::int64_t row, Square& out) {
             const CoastFrame frame = coast_frame(p);
             const double along = f[kCoastRoad] < 4.2F ? frame.shore : frame.inland;
             const bool dash = floor_int(along / 5.0) % 2 == 0;
-            if ((from_main < 0.3F && dash) || (f[kCoastRoad] < 4.2F && f[kCoastRoad] > 3.4F && f[kCoastRoad] < 3.8F)) color = {0.5F, 0.5F, 0.48F};
+            if ((from_main < 0.3F && dash) || (f[kCoastRoad] < 4.2F && f[kCoastRoad] > 3.4F && f[kCoastRoad] < 3.8F))
+              color = {0.5F, 0.5F, 0.48F};
           } else if (surface.street_m > 2.35F) {
             color = Rgb{0.27F, 0.265F, 0.25F} * (1.0F + 0.08F * fine);  // pavement
           }
@@ -579,7 +597,8 @@ void Painter::paint(std::int64_t column, std::int64_t row, Square& out) {
       }
 
       // Sun and sky. Small bumps tilt the surface a little; only their east-west part, which the diagonal sun shows as well.
-      const float bump = relief * ((s.middle[grain_at + 1] - s.middle[grain_at - 1]) * 1.2F + (s.fine[grain_at + 1] - s.fine[grain_at - 1]) * 0.5F);
+      const float bump =
+          relief * ((s.middle[grain_at + 1] - s.middle[grain_at - 1]) * 1.2F + (s.fine[grain_at + 1] - s.fine[grain_at - 1]) * 0.5F);
       const float east = tilt_east + bump;
       const float facing = (kSunUp - kSunEast * east - kSunNorth * tilt_north) / std::sqrt(1.0F + east * east + tilt_north * tilt_north);
       float sun = std::max(0.0F, facing);

@@ -10,9 +10,9 @@
 
 namespace vt::sample {
 
-constexpr double kTexelMetres = 0.5;   // of the imagery
-constexpr int kSquare = 256;           // texels along one side of a painted square
-constexpr int kHeightStep = 4;         // imagery texels per elevation texel
+constexpr double kTexelMetres = 0.5;  // of the imagery
+constexpr int kSquare = 256;          // texels along one side of a painted square
+constexpr int kHeightStep = 4;        // imagery texels per elevation texel
 constexpr int kHeightSquare = kSquare / kHeightStep;
 constexpr float kVoid = -9999.0F;
 

@@ -51,12 +51,8 @@ source::GeoTiffSpec spec_of(std::int64_t size, int step, int bands, source::Samp
   spec.width = spec.height = size / step;
   spec.bands = bands;
   spec.sample_type = type;
-  spec.transform = geo::GeoTransform{.x0 = area.west,
-                                     .x_column = kTexelMetres * step,
-                                     .x_row = 0.0,
-                                     .y0 = area.north,
-                                     .y_column = 0.0,
-                                     .y_row = -kTexelMetres * step};
+  spec.transform = geo::GeoTransform{
+      .x0 = area.west, .x_column = kTexelMetres * step, .x_row = 0.0, .y0 = area.north, .y_column = 0.0, .y_row = -kTexelMetres * step};
   spec.crs = crs;
   spec.tile = 256;
   return spec;
@@ -73,7 +69,8 @@ Result<void> write_text(const std::filesystem::path& path, const std::string& te
     if (!file) {
       std::error_code ignored;
       std::filesystem::remove(beside, ignored);
-      return fail(ErrorCode::kIo, fmt::format("{}: cannot write the file; check the folder's permissions and the free space", path.string()));
+      return fail(ErrorCode::kIo,
+                  fmt::format("{}: cannot write the file; check the folder's permissions and the free space", path.string()));
     }
   }
   std::error_code error;
@@ -94,14 +91,16 @@ std::string lights_json(const std::vector<Light>& lights) {
   // One light a line, so that a large list stays readable and needs no tree in memory.
   std::string text = fmt::format(
       "{{\n  \"format\": \"vt-lights\",\n  \"version\": 1,\n  \"crs\": \"EPSG:{}\",\n"
-      "  \"about\": \"position: CRS coordinates; height_m: above ground; color: linear RGB, largest 1; power_w: radiant power, all directions\",\n"
+      "  \"about\": \"position: CRS coordinates; height_m: above ground; color: linear RGB, largest 1; power_w: radiant power, all "
+      "directions\",\n"
       "  \"lights\": [",
       kEpsg);
   const char* separator = "\n";
   for (const Light& light : lights) {
-    text += fmt::format("{}    {{\"position\": [{:.2f}, {:.2f}], \"height_m\": {:.2f}, \"color\": [{:.2f}, {:.2f}, {:.2f}], \"power_w\": {:.1f}}}", separator,
-                        kCentreEast + light.position.x, kCentreNorth + light.position.y, light.height_m, light.red, light.green, light.blue,
-                        light.power_w);
+    text += fmt::format(
+        "{}    {{\"position\": [{:.2f}, {:.2f}], \"height_m\": {:.2f}, \"color\": [{:.2f}, {:.2f}, {:.2f}], \"power_w\": {:.1f}}}",
+        separator, kCentreEast + light.position.x, kCentreNorth + light.position.y, light.height_m, light.red, light.green, light.blue,
+        light.power_w);
     separator = ",\n";
   }
   return text + "\n  ]\n}\n";
@@ -143,8 +142,8 @@ std::string scene_json(const SampleOptions& options) {
 
 Result<void> write_sample_scene(const std::filesystem::path& dir, const SampleOptions& options) {
   if (options.size < kMinSampleSize || options.size > kMaxSampleSize || options.size % 8 != 0)
-    return fail(ErrorCode::kUsage, fmt::format("a sample scene of {} texels cannot be made; choose a multiple of 8 from {} to {}", options.size,
-                                               kMinSampleSize, kMaxSampleSize));
+    return fail(ErrorCode::kUsage, fmt::format("a sample scene of {} texels cannot be made; choose a multiple of 8 from {} to {}",
+                                               options.size, kMinSampleSize, kMaxSampleSize));
   std::error_code error;
   std::filesystem::create_directories(dir, error);
   if (error) return fail(ErrorCode::kIo, fmt::format("{}: cannot make the folder: {}", dir.string(), error.message()));

@@ -10,8 +10,21 @@ namespace {
 
 // One number per use of randomness; the order is part of the scene.
 enum Salt : std::uint32_t {
-  kCoastSalt = 1, kHillSalt, kMountainSalt, kRangeSalt, kRiverSalt, kLakeSalt, kRoadSalt, kValleySalt, kTownSalt, kBendSalt, kBlockSalt,
-  kMoistureSalt, kParcelSalt, kParcelBendSalt, kPlainSalt
+  kCoastSalt = 1,
+  kHillSalt,
+  kMountainSalt,
+  kRangeSalt,
+  kRiverSalt,
+  kLakeSalt,
+  kRoadSalt,
+  kValleySalt,
+  kTownSalt,
+  kBendSalt,
+  kBlockSalt,
+  kMoistureSalt,
+  kParcelSalt,
+  kParcelBendSalt,
+  kPlainSalt
 };
 
 constexpr double kTownSpacing = 1500.0;
@@ -134,13 +147,17 @@ Ground World::ground(Position p) const {
   const float lake = smoothstep(kLakeFirst - 30.0F, kLakeFirst + 130.0F, inland + 50.0F * cove.value) *
                      (1.0F - smoothstep(kLakeLast - 130.0F, kLakeLast + 30.0F, inland - 50.0F * bay.value));
   const Noise2 lake_shape = noise2(salt(kLakeSalt), p.x / 140.0, p.y / 140.0);
-  const float width = mix(13.0F - 0.0045F * std::clamp(inland, 0.0F, 2000.0F), 88.0F + 52.0F * lake_shape.value, lake) + 2.5F * rocks.value + 0.8F * stones.value;
+  const float width = mix(13.0F - 0.0045F * std::clamp(inland, 0.0F, 2000.0F), 88.0F + 52.0F * lake_shape.value, lake) +
+                      2.5F * rocks.value + 0.8F * stones.value;
   const float river_m = from_course - std::max(width, 2.0F);
   const float level = water_level(inland);
   const float valley_half = 60.0F + 260.0F * mountain + 40.0F * lake;
   const float carve = 1.0F - smoothstep(18.0F + 62.0F * smoothstep(600.0F, 900.0F, inland), 80.0F + valley_half + 60.0F * lake, river_m);
   const float valley_floor = level + 0.8F + 0.03F * std::max(0.0F, river_m) + 1.2F * (plain.value + 1.0F);
-  if (from_sea > -100.0F) height = mix(height, std::min(height, valley_floor) + 0.12F * (std::max(height, valley_floor) - valley_floor) * smoothstep(4.0F, 90.0F, river_m), carve);
+  if (from_sea > -100.0F)
+    height = mix(
+        height, std::min(height, valley_floor) + 0.12F * (std::max(height, valley_floor) - valley_floor) * smoothstep(4.0F, 90.0F, river_m),
+        carve);
   if (river_m < 0.0F && from_sea > -60.0F) height = std::min(height, level - 0.4F + 0.12F * river_m);
 
   Ground ground{};
@@ -195,10 +212,10 @@ Block World::block(std::int64_t inland_index, std::int64_t shore_index) const {
   }
   block.urban = true;
   const float kind = unit(rehash(h, 1));
-  block.use = kind < 0.09F                       ? Block::Use::kPark
-              : kind < 0.2F && density < 0.55F   ? Block::Use::kIndustry
-              : density > 0.62F                  ? Block::Use::kCentre
-                                                 : Block::Use::kHomes;
+  block.use = kind < 0.09F                     ? Block::Use::kPark
+              : kind < 0.2F && density < 0.55F ? Block::Use::kIndustry
+              : density > 0.62F                ? Block::Use::kCentre
+                                               : Block::Use::kHomes;
   if (block.use == Block::Use::kPark) return block;
 
   constexpr std::size_t kColumns = 4;
@@ -260,7 +277,9 @@ Parcel World::parcel(Position p) const {
   constexpr double kWidth = 118.0;
   constexpr double kLength = 150.0;
   const std::uint32_t s = salt(kParcelSalt);
-  const auto column_edge = [s](std::int64_t i) { return (static_cast<double>(i) + 0.5 * static_cast<double>(unit(hash(s, i, -1)))) * kWidth; };
+  const auto column_edge = [s](std::int64_t i) {
+    return (static_cast<double>(i) + 0.5 * static_cast<double>(unit(hash(s, i, -1)))) * kWidth;
+  };
   std::int64_t column = floor_int(a / kWidth);
   if (a < column_edge(column)) --column;
   const auto row_edge = [s, column](std::int64_t j) {
@@ -271,7 +290,8 @@ Parcel World::parcel(Position p) const {
 
   Parcel parcel{};
   parcel.id = hash(s + 2, column, row);
-  const double edge = std::min(std::min(a - column_edge(column), column_edge(column + 1) - a), std::min(b - row_edge(row), row_edge(row + 1) - b));
+  const double edge =
+      std::min(std::min(a - column_edge(column), column_edge(column + 1) - a), std::min(b - row_edge(row), row_edge(row + 1) - b));
   parcel.edge_m = static_cast<float>(edge);
   parcel.across_m = static_cast<float>((parcel.id & 1U) != 0 ? a : b);
   return parcel;

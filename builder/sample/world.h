@@ -1,8 +1,9 @@
-// The sample world: what is where, as pure functions of (seed, position). The painter and the file writer ask here and nowhere else, which is
-// why all layers agree. Positions are metres east (x) and north (y) of the scene's centre. Any thread.
+// The sample world: what is where, as pure functions of (seed, position). The painter and the file writer ask here and nowhere else, which
+// is why all layers agree. Positions are metres east (x) and north (y) of the scene's centre. Any thread.
 //
 // The plan: the sea in the south-south-west, a beach, a coastal plain with fields and towns, wooded hills, then mountains with snow in the
-// north-north-east. Distances from the coast are measured along `inland`, distances along the coast along `shore`; rivers run down to the sea.
+// north-north-east. Distances from the coast are measured along `inland`, distances along the coast along `shore`; rivers run down to the
+// sea.
 #pragma once
 
 #include <array>
@@ -26,8 +27,8 @@ struct Ground {
   float river_m;       // distance from the nearest river bank, negative on the water
   float coast_road_m;  // distance from the centre line
   float valley_road_m;
-  float town;          // above 0 where a town may stand
-  float moisture;      // about -1..1
+  float town;                         // above 0 where a town may stand
+  float moisture;                     // about -1..1
   float street_inland, street_shore;  // coordinates of the towns' slightly bent street grid
 };
 
@@ -37,7 +38,7 @@ struct Building {
   float half_inland, half_shore;  // metres; 0: the lot is empty
   float eaves_m, ridge_m;         // heights above ground; equal for a flat roof
   bool ridge_along_shore;
-  std::uint32_t look;             // random bits for the painter
+  std::uint32_t look;  // random bits for the painter
 };
 
 struct Block {
@@ -48,9 +49,9 @@ struct Block {
 
 // A field of the patchwork, and where in it a point lies.
 struct Parcel {
-  std::uint32_t id;    // random bits, one per field
-  float edge_m;        // distance from the nearest edge
-  float across_m;      // position across the rows of the crop
+  std::uint32_t id;  // random bits, one per field
+  float edge_m;      // distance from the nearest edge
+  float across_m;    // position across the rows of the crop
 };
 
 class World {
@@ -83,7 +84,7 @@ class World {
     float value, slope;
   };
   [[nodiscard]] Curve river_course(std::int64_t river, double inland) const;  // its `shore` coordinate
-  [[nodiscard]] Curve coast_road(double shore) const;                        // its `inland` coordinate
+  [[nodiscard]] Curve coast_road(double shore) const;                         // its `inland` coordinate
   [[nodiscard]] Curve valley_road(std::int64_t river, double inland) const;
   [[nodiscard]] float eroded(Position p) const;
   [[nodiscard]] float town_density(double inland, double shore) const;

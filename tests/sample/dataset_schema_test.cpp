@@ -60,7 +60,10 @@ TEST(DatasetSchema, RejectsEachWrongDocument) {
       {"a number as source", [](json& d) { d["layers"][0]["sources"][0] = 3; }},
       {"an empty path", [](json& d) { d["layers"][0]["sources"][0] = ""; }},
       {"a source without a file", [](json& d) { d["layers"][0]["sources"][1].erase("file"); }},
-      {"three edges", [](json& d) { d["layers"][0]["sources"][1]["extent"] = {0, 1, 2}; }},
+      {"three edges",
+       [](json& d) {
+         d["layers"][0]["sources"][1]["extent"] = {0, 1, 2};
+       }},
       {"nodata as text", [](json& d) { d["layers"][0]["sources"][1]["nodata"] = "nan"; }},
       {"band zero", [](json& d) { d["layers"][0]["sources"][1]["bands"] = {0}; }},
       {"half a band", [](json& d) { d["layers"][0]["sources"][1]["bands"] = {1.5}; }},

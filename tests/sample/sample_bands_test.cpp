@@ -1,11 +1,11 @@
-#include "builder/sample/bands.h"
-
 #include <gtest/gtest.h>
 #include <tbb/task_arena.h>
 
 #include <algorithm>
 #include <map>
 #include <memory>
+
+#include "builder/sample/bands.h"
 
 namespace vt::sample {
 namespace {
@@ -80,8 +80,8 @@ TEST(SampleBands, EveryClassButSnowIsInTheMiddleAndSnowOnTheHeights) {
   Painter painter(world);
   const auto square = std::make_unique<Square>();
   std::size_t snow = 0;
-  for (std::int64_t column = -2048; column < 2048; column += 512) {
-    painter.paint(column, -2048, *square);
+  for (std::int64_t row = -2048; row < 0; row += 512) {
+    painter.paint(2048 - kSquare, row, *square);
     snow += static_cast<std::size_t>(std::count(square->material.begin(), square->material.end(), Material::kSnow));
   }
   EXPECT_GT(snow, 0U);
@@ -104,7 +104,8 @@ TEST(SampleBands, WaterIsWhereTheLandLiesBelowIt) {
       bool all_wet = true, all_dry = true;
       Ground here{};
       for (const auto& [dx, dy] : {std::pair{0, 0}, {-1, 0}, {1, 0}, {0, -1}, {0, 1}, {-1, -1}, {1, 1}, {-1, 1}, {1, -1}}) {
-        const Position p{(static_cast<double>(x + dx) + 0.5) * 2.0 - kSize * 0.25, kSize * 0.25 - (static_cast<double>(y + dy) + 0.5) * 2.0};
+        const Position p{(static_cast<double>(x + dx) + 0.5) * 2.0 - kSize * 0.25,
+                         kSize * 0.25 - (static_cast<double>(y + dy) + 0.5) * 2.0};
         const Ground g = world.ground(p);
         if (dx == 0 && dy == 0) here = g;
         (g.dry_m < 0.0F || g.river_m < 0.0F ? all_dry : all_wet) = false;
@@ -152,8 +153,8 @@ TEST(SampleBands, ColorsTellTheClasses) {
     }
   }
   const auto mean = [&](Material m) { return Sum{sums[m].r / sums[m].n, sums[m].g / sums[m].n, sums[m].b / sums[m].n, 1}; };
-  const Sum water = mean(Material::kWater), sand = mean(Material::kSand), forest = mean(Material::kForest), roof = mean(Material::kBuilding),
-            grass = mean(Material::kGrass), road = mean(Material::kRoad);
+  const Sum water = mean(Material::kWater), sand = mean(Material::kSand), forest = mean(Material::kForest),
+            roof = mean(Material::kBuilding), grass = mean(Material::kGrass), road = mean(Material::kRoad);
   EXPECT_GT(water.b, water.r + 20);
   EXPECT_GT(forest.g, forest.r);
   EXPECT_GT(forest.g, forest.b + 10);
