@@ -33,7 +33,7 @@ struct WriterOptions {
     std::uint64_t offset = 0;
     std::span<const std::byte> bytes;
   };
-  std::function<int(const FileOperation&)> before_operation;
+  std::function<int(const FileOperation&)> before_operation = nullptr;
   // false: commits order writes but do not wait for the disk; a power cut may then lose the store (a killed process may not).
   bool sync = true;
 };

@@ -1,0 +1,90 @@
+#include "store/codec.h"
+
+#include <zstd.h>
+
+#include <charconv>
+#include <cstring>
+#include <memory>
+#include <string>
+
+namespace vt::store {
+namespace {
+
+constexpr std::size_t kMaxPayloadBytes = std::size_t{256} << 20;
+
+struct FreeZstd {
+  void operator()(ZSTD_CCtx* context) const { ZSTD_freeCCtx(context); }
+  void operator()(ZSTD_DCtx* context) const { ZSTD_freeDCtx(context); }
+};
+
+// A context is a few hundred kilobytes and slow to make, so each thread keeps one.
+ZSTD_CCtx* compressor() {
+  thread_local const std::unique_ptr<ZSTD_CCtx, FreeZstd> context(ZSTD_createCCtx());
+  return context.get();
+}
+ZSTD_DCtx* decompressor() {
+  thread_local const std::unique_ptr<ZSTD_DCtx, FreeZstd> context(ZSTD_createDCtx());
+  return context.get();
+}
+
+EncodedPayload raw_payload(std::span<const std::byte> raw) {
+  return {.codec = Codec::kRaw, .raw_bytes = static_cast<std::uint32_t>(raw.size()), .bytes = {raw.begin(), raw.end()}};
+}
+
+}  // namespace
+
+Result<Compression> parse_compression(std::string_view text) {
+  if (text == "none") return Compression{};
+  constexpr std::string_view kPrefix = "zstd:";
+  if (text.starts_with(kPrefix)) {
+    const std::string_view digits = text.substr(kPrefix.size());
+    int level = 0;
+    const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), level);
+    if (error == std::errc{} && end == digits.data() + digits.size() && level >= 1 && level <= 19) return Compression{Codec::kZstd, level};
+  }
+  return fail(ErrorCode::kUsage,
+              "compression '" + std::string(text) + "' is not known; use none, or zstd:N with N from 1 (fast) to 19 (small)");
+}
+
+Result<EncodedPayload> encode_payload(std::span<const std::byte> raw, Compression compression) {
+  if (raw.size() > kMaxPayloadBytes)
+    return fail(ErrorCode::kInvalidData,
+                "a tile of " + std::to_string(raw.size()) + " bytes is over the limit of 256 MiB; use smaller tiles");
+  switch (compression.codec) {
+    case Codec::kRaw:
+      return raw_payload(raw);
+    case Codec::kZstd: {
+      EncodedPayload encoded{.codec = Codec::kZstd, .raw_bytes = static_cast<std::uint32_t>(raw.size()), .bytes = {}};
+      encoded.bytes.resize(ZSTD_compressBound(raw.size()));
+      const std::size_t size =
+          ZSTD_compressCCtx(compressor(), encoded.bytes.data(), encoded.bytes.size(), raw.data(), raw.size(), compression.level);
+      if (ZSTD_isError(size)) return fail(ErrorCode::kInternal, std::string("zstd cannot compress: ") + ZSTD_getErrorName(size));
+      // Below 3 % the time to decompress costs more than the bytes do.
+      if (size * 100 > raw.size() * 97) return raw_payload(raw);
+      encoded.bytes.resize(size);
+      return encoded;
+    }
+  }
+  return fail(ErrorCode::kUsage, "codec " + std::to_string(static_cast<int>(compression.codec)) + " is not known");
+}
+
+Result<void> decode_payload(Codec codec, std::span<const std::byte> stored, std::span<std::byte> out) {
+  const auto wrong_size = [&](std::size_t found) {
+    return fail(ErrorCode::kCorrupt, "payload decodes to " + std::to_string(found) + " bytes, " + std::to_string(out.size()) + " wanted");
+  };
+  switch (codec) {
+    case Codec::kRaw:
+      if (stored.size() != out.size()) return wrong_size(stored.size());
+      if (!out.empty()) std::memcpy(out.data(), stored.data(), out.size());
+      return {};
+    case Codec::kZstd: {
+      const std::size_t size = ZSTD_decompressDCtx(decompressor(), out.data(), out.size(), stored.data(), stored.size());
+      if (ZSTD_isError(size)) return fail(ErrorCode::kCorrupt, std::string("payload does not decompress: ") + ZSTD_getErrorName(size));
+      if (size != out.size()) return wrong_size(size);
+      return {};
+    }
+  }
+  return fail(ErrorCode::kUnsupported, "codec " + std::to_string(static_cast<int>(codec)) + " is not known");
+}
+
+}  // namespace vt::store

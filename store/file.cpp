@@ -1,0 +1,186 @@
+#include "store/file.h"
+
+#include <fcntl.h>
+#include <sys/file.h>
+#include <sys/mman.h>
+#include <sys/stat.h>
+#include <sys/uio.h>
+#include <unistd.h>
+
+#include <array>
+#include <cassert>
+#include <cerrno>
+#include <cstring>
+#include <system_error>
+#include <utility>
+#include <vector>
+
+namespace vt::store {
+namespace {
+
+std::string reason(int error_number) {
+  std::string text = std::generic_category().message(error_number);
+  if (error_number == ENOSPC || error_number == EDQUOT) text += "; free some space and run again, what was committed is safe";
+  return text;
+}
+
+}  // namespace
+
+Result<File> File::open(const std::filesystem::path& path, Mode mode) {
+  const int flags = O_CLOEXEC | (mode == Mode::kRead ? O_RDONLY : O_RDWR) | (mode == Mode::kCreate ? O_CREAT | O_EXCL : 0);
+  File file;
+  file.path_ = path;
+  file.fd_ = ::open(path.c_str(), flags, 0666);
+  if (file.fd_ < 0) {
+    const int error_number = errno;
+    return fail(error_number == EEXIST ? ErrorCode::kExists : ErrorCode::kIo,
+                path.string() + (mode == Mode::kCreate ? ": cannot create: " : ": cannot open: ") + reason(error_number));
+  }
+  return file;
+}
+
+File::File(File&& other) noexcept : fd_(std::exchange(other.fd_, -1)), path_(std::move(other.path_)), hook_(other.hook_) {}
+
+File& File::operator=(File&& other) noexcept {
+  std::swap(fd_, other.fd_);
+  std::swap(path_, other.path_);
+  std::swap(hook_, other.hook_);
+  return *this;
+}
+
+File::~File() {
+  if (fd_ >= 0) ::close(fd_);
+}
+
+tl::unexpected<Error> File::refuse(const char* act, int error_number) const {
+  return fail(ErrorCode::kIo, path_.string() + ": cannot " + act + ": " + reason(error_number));
+}
+
+int File::ask_hook(WriterOptions::FileOperation::Kind kind, std::uint64_t offset, std::span<const std::byte> bytes) const {
+  return hook_ != nullptr && *hook_ ? (*hook_)({.kind = kind, .offset = offset, .bytes = bytes}) : 0;
+}
+
+Result<std::uint64_t> File::size() const {
+  struct stat info = {};
+  if (::fstat(fd_, &info) != 0) return refuse("stat", errno);
+  if (!S_ISREG(info.st_mode)) return fail(ErrorCode::kIo, path_.string() + ": not a regular file");
+  return static_cast<std::uint64_t>(info.st_size);
+}
+
+Result<void> File::read_at(std::uint64_t offset, std::span<std::byte> out) const {
+  while (!out.empty()) {
+    const ssize_t got = ::pread(fd_, out.data(), out.size(), static_cast<off_t>(offset));
+    if (got < 0 && errno == EINTR) continue;
+    if (got < 0) return refuse("read", errno);
+    if (got == 0)
+      return fail(ErrorCode::kCorrupt, path_.string() + ": ends at offset " + std::to_string(offset) + ", more was wanted; truncated?");
+    offset += static_cast<std::uint64_t>(got);
+    out = out.subspan(static_cast<std::size_t>(got));
+  }
+  return {};
+}
+
+Result<void> File::write_at(std::uint64_t offset, std::span<const std::byte> first, std::span<const std::byte> second,
+                            std::size_t alignment) {
+  static constexpr std::array<std::byte, 64> kZeros = {};
+  assert(alignment <= kZeros.size());
+  const std::size_t over = (first.size() + second.size()) % alignment;
+  std::array<std::span<const std::byte>, 3> parts = {first, second, std::span(kZeros).first(over == 0 ? 0 : alignment - over)};
+
+  if (hook_ != nullptr && *hook_) {
+    std::vector<std::byte> whole;
+    for (const auto part : parts) whole.insert(whole.end(), part.begin(), part.end());
+    if (const int refused = ask_hook(WriterOptions::FileOperation::Kind::kWrite, offset, whole); refused != 0)
+      return refuse("write", refused);
+  }
+
+  std::size_t part = 0;
+  while (part < parts.size()) {
+    std::array<iovec, 3> pieces;
+    int count = 0;
+    for (std::size_t i = part; i < parts.size(); ++i)
+      pieces[static_cast<std::size_t>(count++)] = {.iov_base = const_cast<std::byte*>(parts[i].data()), .iov_len = parts[i].size()};
+    const ssize_t written = ::pwritev(fd_, pieces.data(), count, static_cast<off_t>(offset));
+    if (written < 0 && errno == EINTR) continue;
+    if (written < 0) return refuse("write", errno);
+    offset += static_cast<std::uint64_t>(written);
+    // A short write goes on where it stopped.
+    auto left = static_cast<std::size_t>(written);
+    while (part < parts.size() && left >= parts[part].size()) left -= parts[part++].size();
+    if (part < parts.size()) parts[part] = parts[part].subspan(left);
+  }
+  return {};
+}
+
+Result<void> File::sync() {
+  if (const int refused = ask_hook(WriterOptions::FileOperation::Kind::kSync, 0, {}); refused != 0) return refuse("sync", refused);
+  while (::fdatasync(fd_) != 0)
+    if (errno != EINTR) return refuse("sync", errno);
+  return {};
+}
+
+Result<void> File::truncate(std::uint64_t bytes) {
+  if (const int refused = ask_hook(WriterOptions::FileOperation::Kind::kTruncate, bytes, {}); refused != 0)
+    return refuse("truncate", refused);
+  while (::ftruncate(fd_, static_cast<off_t>(bytes)) != 0)
+    if (errno != EINTR) return refuse("truncate", errno);
+  return {};
+}
+
+Result<bool> File::try_lock() {
+  while (::flock(fd_, LOCK_EX | LOCK_NB) != 0) {
+    if (errno == EWOULDBLOCK) return false;
+    if (errno != EINTR) return refuse("lock", errno);
+  }
+  return true;
+}
+
+Result<void> File::close() {
+  const int fd = std::exchange(fd_, -1);
+  // On Linux the descriptor is gone even when close reports EINTR.
+  if (fd >= 0 && ::close(fd) != 0 && errno != EINTR) return refuse("close", errno);
+  return {};
+}
+
+Result<void> rename_into_place(const std::filesystem::path& from, const std::filesystem::path& to, bool sync) {
+  int failed = ::renameat2(AT_FDCWD, from.c_str(), AT_FDCWD, to.c_str(), RENAME_NOREPLACE) == 0 ? 0 : errno;
+  if (failed == EINVAL || failed == ENOSYS) {
+    // This file system cannot rename without replacing; a link refuses an existing name just as well.
+    failed = ::link(from.c_str(), to.c_str()) == 0 ? 0 : errno;
+    if (failed == 0) ::unlink(from.c_str());
+  }
+  if (failed == EEXIST) return fail(ErrorCode::kExists, to.string() + ": is there already; remove it or choose another name");
+  if (failed != 0) return fail(ErrorCode::kIo, to.string() + ": cannot rename " + from.string() + " to it: " + reason(failed));
+  if (!sync) return {};
+
+  const std::filesystem::path folder = to.has_parent_path() ? to.parent_path() : std::filesystem::path(".");
+  const int fd = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  if (fd < 0) return fail(ErrorCode::kIo, folder.string() + ": cannot open to sync: " + reason(errno));
+  const int sync_failed = ::fsync(fd) == 0 ? 0 : errno;
+  ::close(fd);
+  // Some network file systems cannot sync a folder; they make renames durable themselves.
+  if (sync_failed != 0 && sync_failed != EINVAL) return fail(ErrorCode::kIo, folder.string() + ": cannot sync: " + reason(sync_failed));
+  return {};
+}
+
+Result<Mapping> Mapping::map(const File& file, std::uint64_t bytes) {
+  Mapping mapping;
+  if (bytes == 0) return mapping;
+  void* address = ::mmap(nullptr, bytes, PROT_READ, MAP_SHARED, file.descriptor(), 0);
+  if (address == MAP_FAILED) return fail(ErrorCode::kIo, file.path().string() + ": cannot map: " + reason(errno));
+  mapping.bytes_ = {static_cast<const std::byte*>(address), bytes};
+  return mapping;
+}
+
+Mapping::Mapping(Mapping&& other) noexcept : bytes_(std::exchange(other.bytes_, {})) {}
+
+Mapping& Mapping::operator=(Mapping&& other) noexcept {
+  std::swap(bytes_, other.bytes_);
+  return *this;
+}
+
+Mapping::~Mapping() {
+  if (!bytes_.empty()) ::munmap(const_cast<std::byte*>(bytes_.data()), bytes_.size());
+}
+
+}  // namespace vt::store

@@ -1,0 +1,71 @@
+// One open file: positioned reads and writes that finish or fail, locking, syncing, mapping. Leaves what the bytes mean to layout.h.
+// Threads: read_at and write_at may be called from many at once.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <span>
+#include <string>
+
+#include "store/result.h"
+#include "store/store_writer.h"
+
+namespace vt::store {
+
+class File {
+ public:
+  enum class Mode { kRead, kReadWrite, kCreate };
+  // kNotFound is reported as kIo: to the user a missing file is the disk's answer. kCreate fails with kExists when the file is there.
+  [[nodiscard]] static Result<File> open(const std::filesystem::path& path, Mode mode);
+  File() = default;
+  File(File&& other) noexcept;
+  File& operator=(File&& other) noexcept;
+  ~File();
+
+  // See WriterOptions. Not owned; null for none.
+  void set_hook(const std::function<int(const WriterOptions::FileOperation&)>* hook) { hook_ = hook; }
+  void set_name(std::filesystem::path path) { path_ = std::move(path); }  // after a rename, for messages
+  [[nodiscard]] const std::filesystem::path& path() const { return path_; }
+  [[nodiscard]] int descriptor() const { return fd_; }
+
+  [[nodiscard]] Result<std::uint64_t> size() const;
+  [[nodiscard]] Result<void> read_at(std::uint64_t offset, std::span<std::byte> out) const;
+  // Two pieces, one after the other, then zeros up to a multiple of `alignment`.
+  [[nodiscard]] Result<void> write_at(std::uint64_t offset, std::span<const std::byte> first, std::span<const std::byte> second = {},
+                                      std::size_t alignment = 1);
+  [[nodiscard]] Result<void> sync();
+  [[nodiscard]] Result<void> truncate(std::uint64_t bytes);
+  // False when another process (or another descriptor of this one) holds the lock.
+  [[nodiscard]] Result<bool> try_lock();
+  [[nodiscard]] Result<void> close();
+
+ private:
+  [[nodiscard]] tl::unexpected<Error> refuse(const char* act, int error_number) const;
+  [[nodiscard]] int ask_hook(WriterOptions::FileOperation::Kind kind, std::uint64_t offset, std::span<const std::byte> bytes) const;
+
+  int fd_ = -1;
+  std::filesystem::path path_;
+  const std::function<int(const WriterOptions::FileOperation&)>* hook_ = nullptr;
+};
+
+// Renames without ever replacing something (kExists), and makes the new name durable when `sync`.
+[[nodiscard]] Result<void> rename_into_place(const std::filesystem::path& from, const std::filesystem::path& to, bool sync);
+
+// The first `bytes` of a file, read-only. When another program truncates the file, touching what it cut off raises SIGBUS, as with any
+// mapping.
+class Mapping {
+ public:
+  [[nodiscard]] static Result<Mapping> map(const File& file, std::uint64_t bytes);
+  Mapping() = default;
+  Mapping(Mapping&& other) noexcept;
+  Mapping& operator=(Mapping&& other) noexcept;
+  ~Mapping();
+  [[nodiscard]] std::span<const std::byte> bytes() const { return bytes_; }
+
+ private:
+  std::span<const std::byte> bytes_;
+};
+
+}  // namespace vt::store

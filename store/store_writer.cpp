@@ -1,0 +1,440 @@
+#include "store/store_writer.h"
+
+#include <algorithm>
+#include <array>
+#include <cassert>
+#include <mutex>
+#include <random>
+#include <unordered_map>
+#include <utility>
+
+#include "store/file.h"
+#include "store/layout.h"
+#include "store/page_cache.h"
+#include "store/tile_text.h"
+
+namespace vt::store {
+namespace {
+
+// Distinct constant values remembered so that equal ones share a record; forgetting one costs 64 bytes of file.
+constexpr std::size_t kMaxConstants = 65536;
+
+Uuid random_uuid() {
+  std::random_device device;
+  Uuid uuid;
+  for (std::size_t i = 0; i < uuid.size(); i += 4) put<std::uint32_t>(uuid, i, device());
+  uuid[6] = (uuid[6] & std::byte{0x0F}) | std::byte{0x40};  // RFC 4122, version 4: random
+  uuid[8] = (uuid[8] & std::byte{0x3F}) | std::byte{0x80};
+  return uuid;
+}
+
+}  // namespace
+
+struct StoreWriter::Impl final : PageCache::Log {
+  WriterOptions options;
+  File file;
+  Uuid uuid = {};
+  std::uint64_t generation = 0;
+  StoreDescription description;
+
+  // Guards everything below. Held while the index is read or changed, never while a tile is hashed, written or read.
+  mutable std::mutex mutex;
+  std::vector<CatalogLayer> layers;  // ordered by id
+  mutable PageCache pages{*this};
+  std::uint64_t end = kLogStart;  // where the next record goes
+  bool changed = false;           // something was put since the last commit
+  std::optional<Error> broken;    // after the first failed write nothing more is promised but what was committed
+  std::unordered_map<std::string, Reference> constants;
+
+  [[nodiscard]] CatalogLayer* find(LayerId id) {
+    const auto at = std::lower_bound(layers.begin(), layers.end(), id,
+                                     [](const CatalogLayer& layer, LayerId wanted) { return layer.info.id < wanted; });
+    return at != layers.end() && at->info.id == id ? &*at : nullptr;
+  }
+
+  [[nodiscard]] tl::unexpected<Error> refuse(ErrorCode code, const std::string& sentence) const {
+    return fail(code, file.path().string() + ": " + sentence);
+  }
+  // Remembers the first failure: the writer must be closed and the store opened again, which goes back to the last commit.
+  [[nodiscard]] tl::unexpected<Error> break_off(Error error) {
+    if (!broken) broken = error;
+    return tl::unexpected(std::move(error));
+  }
+  [[nodiscard]] Result<void> check_usable() const {
+    if (broken) return tl::unexpected(*broken);
+    return {};
+  }
+  // The layer, when `tile` is a tile of it.
+  [[nodiscard]] Result<CatalogLayer*> check_tile(LayerId id, TileId tile) {
+    CatalogLayer* layer = find(id);
+    if (layer == nullptr) return refuse(ErrorCode::kUsage, "no layer has id " + std::to_string(id.value));
+    if (!is_addressable(tile) || tile.level > layer->info.finest)
+      return refuse(ErrorCode::kUsage, tile_place(layer->info, tile) + ": outside the layer's pyramid");
+    return layer;
+  }
+
+  [[nodiscard]] Result<std::uint64_t> reserve(std::uint64_t record_bytes) {
+    if (record_bytes > kMaxFileBytes - end) return refuse(ErrorCode::kIo, "the store would pass 256 TiB, the limit of its format");
+    return std::exchange(end, end + record_bytes);
+  }
+  [[nodiscard]] Result<void> write_record(std::uint64_t offset, std::span<const std::byte> header, std::span<const std::byte> payload) {
+    return file.write_at(offset, header, payload, kRecordAlignment);
+  }
+  [[nodiscard]] Result<Reference> append(RecordType type, std::uint64_t key, std::span<const std::byte> payload) {
+    const auto bytes = static_cast<std::uint32_t>(payload.size());
+    RecordHeader header{.type = type, .codec = Codec::kRaw, .raw_bytes = bytes, .stored_bytes = bytes, .key = key};
+    const auto sealed = seal_record(header, payload);
+    Reference reference{.stored_bytes = bytes, .check = static_cast<std::uint32_t>(header.hash), .kind = static_cast<ReferenceKind>(type)};
+    VT_ASSIGN(reference.offset, reserve(reference.record_bytes()));
+    VT_CHECK(write_record(reference.offset, sealed, payload));
+    return reference;
+  }
+
+  // PageCache::Log
+  [[nodiscard]] Reference& root(LayerId id, Level level) override { return find(id)->roots[level.value]; }
+  [[nodiscard]] Result<Reference> append_page(std::uint64_t key, std::span<const std::byte> payload) override {
+    return append(RecordType::kPage, key, payload);
+  }
+  [[nodiscard]] Result<std::vector<std::byte>> read_page(const Reference& reference, std::uint64_t key, Level level, int height) override {
+    const auto damaged = [&](const std::string& sentence) {
+      return refuse(ErrorCode::kCorrupt, "index page at offset " + std::to_string(reference.offset) + ": " + sentence);
+    };
+    if (reference.stored_bytes > kMaxPageBytes) return damaged("too large");
+    std::vector<std::byte> record(kRecordHeaderBytes + reference.stored_bytes);
+    VT_CHECK(file.read_at(reference.offset, record));
+    const auto payload = check_record(record, reference, key, reference.stored_bytes);
+    if (!payload) return damaged(payload.error());
+    if (const auto sound = check_page(*payload, level, height, end); !sound) return damaged(sound.error().sentence);
+    record.erase(record.begin(), record.begin() + kRecordHeaderBytes);
+    return record;
+  }
+
+  // Points the index at a record (or at nothing) and keeps the layer's counts.
+  [[nodiscard]] Result<void> set_entry(CatalogLayer& layer, TileId tile, const Reference& reference) {
+    auto old = pages.exchange(layer.info.id, tile, reference);
+    if (!old) return break_off(old.error());
+    LayerInfo& info = layer.info;
+    if (old->present()) {
+      info.tiles -= 1;
+      info.constant_tiles -= old->kind == ReferenceKind::kConstant ? 1 : 0;
+      info.stored_bytes -= old->record_bytes();
+    }
+    if (reference.present()) {
+      info.tiles += 1;
+      info.constant_tiles += reference.kind == ReferenceKind::kConstant ? 1 : 0;
+      info.stored_bytes += reference.record_bytes();
+    }
+    if (*old != reference) changed = true;
+    return {};
+  }
+
+  [[nodiscard]] Result<void> write_superblock(std::uint64_t number, const Reference& catalog) {
+    const auto block = encode_superblock({.uuid = uuid, .generation = number, .file_end = end, .catalog = catalog});
+    return file.write_at(superblock_offset(number), block);
+  }
+  [[nodiscard]] Result<void> sync() {
+    if (!options.sync) return {};
+    return file.sync();
+  }
+  // Everything up to the superblock: after this the new generation is whole on disk, and nobody knows of it.
+  [[nodiscard]] Result<Reference> append_generation() {
+    VT_CHECK(pages.flush());
+    VT_ASSIGN(const std::vector<std::byte> payload, encode_catalog({.description = description, .layers = layers}));
+    VT_ASSIGN(const Reference catalog, append(RecordType::kCatalog, 0, payload));
+    VT_CHECK(sync());
+    return catalog;
+  }
+  [[nodiscard]] Result<void> commit_locked() {
+    VT_CHECK(check_usable());
+    if (!changed) return {};
+    const auto publish = [&]() -> Result<void> {
+      VT_ASSIGN(const Reference catalog, append_generation());
+      VT_CHECK(write_superblock(generation + 1, catalog));
+      return sync();
+    };
+    if (auto published = publish(); !published) return break_off(published.error());
+    ++generation;
+    changed = false;
+    return {};
+  }
+};
+
+StoreWriter::StoreWriter(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+StoreWriter::StoreWriter(StoreWriter&&) noexcept = default;
+StoreWriter& StoreWriter::operator=(StoreWriter&&) noexcept = default;
+StoreWriter::~StoreWriter() = default;
+
+Result<StoreWriter> StoreWriter::create(const std::filesystem::path& path, const StoreDescription& description, WriterOptions options) {
+  if (const std::string wrong = description_fault(description); !wrong.empty())
+    return fail(ErrorCode::kInvalidData, path.string() + ": " + wrong);
+  std::error_code ignored;
+  if (std::filesystem::exists(std::filesystem::symlink_status(path, ignored)))
+    return fail(ErrorCode::kExists, path.string() + ": is there already; remove it or choose another name");
+
+  auto impl = std::make_unique<Impl>();
+  impl->options = std::move(options);
+  impl->uuid = random_uuid();
+  impl->description = description;
+
+  std::filesystem::path beside = path;
+  beside += ".new-" + std::to_string(get<std::uint32_t>(impl->uuid, 0));
+  VT_ASSIGN(impl->file, File::open(beside, File::Mode::kCreate));
+  impl->file.set_hook(&impl->options.before_operation);
+
+  const auto fill = [&]() -> Result<void> {
+    VT_ASSIGN(const bool locked, impl->file.try_lock());
+    if (!locked) return fail(ErrorCode::kInternal, beside.string() + ": a new file is locked");
+    VT_ASSIGN(const Reference catalog, impl->append_generation());
+    // Both slots from the start, so that a reader has no special case; they are one and the same state.
+    VT_CHECK(impl->write_superblock(0, catalog));
+    VT_CHECK(impl->write_superblock(1, catalog));
+    VT_CHECK(impl->sync());
+    return rename_into_place(beside, path, impl->options.sync);
+  };
+  if (auto filled = fill(); !filled) {
+    std::filesystem::remove(beside, ignored);
+    return tl::unexpected(filled.error());
+  }
+  impl->file.set_name(path);
+  impl->generation = 1;
+  return StoreWriter(std::move(impl));
+}
+
+Result<StoreWriter> StoreWriter::open(const std::filesystem::path& path, WriterOptions options) {
+  auto impl = std::make_unique<Impl>();
+  impl->options = std::move(options);
+  VT_ASSIGN(impl->file, File::open(path, File::Mode::kReadWrite));
+  impl->file.set_hook(&impl->options.before_operation);
+  VT_ASSIGN(const bool locked, impl->file.try_lock());
+  if (!locked)
+    return fail(ErrorCode::kExists, path.string() + ": another program is writing to this store; wait until it is done, or stop it");
+
+  VT_ASSIGN(const std::uint64_t file_bytes, impl->file.size());
+  std::vector<std::byte> head(std::min<std::uint64_t>(kLogStart, file_bytes));
+  VT_CHECK(impl->file.read_at(0, head));
+  const auto refused = [&](const Fault& found) { return fail(found.code, path.string() + ": " + found.sentence); };
+  const auto superblock = choose_superblock(head, file_bytes);
+  if (!superblock) return refused(superblock.error());
+
+  std::vector<std::byte> record(kRecordHeaderBytes + superblock->catalog.stored_bytes);
+  VT_CHECK(impl->file.read_at(superblock->catalog.offset, record));
+  const auto payload = check_record(record, superblock->catalog, 0, superblock->catalog.stored_bytes);
+  if (!payload) return fail(ErrorCode::kCorrupt, path.string() + ": catalog: " + payload.error());
+  auto catalog = decode_catalog(*payload, superblock->file_end);
+  if (!catalog) return refused(catalog.error());
+
+  // Recovery: what was never committed goes away.
+  if (file_bytes > superblock->file_end) VT_CHECK(impl->file.truncate(superblock->file_end));
+
+  impl->uuid = superblock->uuid;
+  impl->generation = superblock->generation;
+  impl->end = superblock->file_end;
+  impl->description = std::move(catalog->description);
+  impl->layers = std::move(catalog->layers);
+  return StoreWriter(std::move(impl));
+}
+
+const StoreDescription& StoreWriter::description() const { return impl_->description; }
+
+std::vector<LayerInfo> StoreWriter::layers() const {
+  const std::lock_guard lock(impl_->mutex);
+  std::vector<LayerInfo> infos;
+  for (const CatalogLayer& layer : impl_->layers) infos.push_back(layer.info);
+  return infos;
+}
+
+std::optional<LayerInfo> StoreWriter::find_layer(std::string_view name) const {
+  const std::lock_guard lock(impl_->mutex);
+  for (const CatalogLayer& layer : impl_->layers)
+    if (layer.info.name == name) return layer.info;
+  return std::nullopt;
+}
+
+Result<LayerId> StoreWriter::add_layer(const LayerInfo& wanted) {
+  const std::lock_guard lock(impl_->mutex);
+  VT_CHECK(impl_->check_usable());
+  LayerInfo info = wanted;
+  info.state = LayerState::kBuilding;
+  info.tiles = info.constant_tiles = info.stored_bytes = 0;
+  if (info.role == LayerRole::kTexture) info.owner = {};
+  info.id = {};
+
+  // The lowest id that is free keeps ids small and the order of a build reproducible.
+  auto before = impl_->layers.begin();
+  for (; before != impl_->layers.end() && before->info.id == info.id; ++before) ++info.id.value;
+  if (const std::string wrong = layer_fault(info); !wrong.empty())
+    return impl_->refuse(ErrorCode::kInvalidData, "layer " + info.name + ": " + wrong);
+  for (const CatalogLayer& layer : impl_->layers)
+    if (layer.info.name == info.name)
+      return impl_->refuse(ErrorCode::kExists, "layer " + info.name + ": is there already; remove it or choose another name");
+  if (info.role == LayerRole::kCarry) {
+    const CatalogLayer* owner = impl_->find(info.owner);
+    if (owner == nullptr || owner->info.role != LayerRole::kTexture)
+      return impl_->refuse(ErrorCode::kInvalidData, "layer " + info.name + ": carries for layer " + std::to_string(info.owner.value) +
+                                                        ", which is no texture layer");
+  }
+  impl_->layers.insert(before, {.info = info, .roots = std::vector<Reference>(std::size_t{info.finest.value} + 1)});
+  impl_->changed = true;
+  return info.id;
+}
+
+Result<void> StoreWriter::remove_layer(LayerId id) {
+  const std::lock_guard lock(impl_->mutex);
+  VT_CHECK(impl_->check_usable());
+  if (impl_->find(id) == nullptr) return impl_->refuse(ErrorCode::kUsage, "no layer has id " + std::to_string(id.value));
+  std::erase_if(impl_->layers, [&](const CatalogLayer& layer) {
+    const bool goes = layer.info.id == id || (layer.info.role == LayerRole::kCarry && layer.info.owner == id);
+    if (goes) impl_->pages.forget(layer.info.id);
+    return goes;
+  });
+  impl_->changed = true;
+  return {};
+}
+
+Result<void> StoreWriter::set_state(LayerId id, LayerState state) {
+  const std::lock_guard lock(impl_->mutex);
+  VT_CHECK(impl_->check_usable());
+  CatalogLayer* layer = impl_->find(id);
+  if (layer == nullptr) return impl_->refuse(ErrorCode::kUsage, "no layer has id " + std::to_string(id.value));
+  if (layer->info.state != state) impl_->changed = true;
+  layer->info.state = state;
+  return {};
+}
+
+Result<void> StoreWriter::set_metadata(LayerId id, std::string metadata_json) {
+  const std::lock_guard lock(impl_->mutex);
+  VT_CHECK(impl_->check_usable());
+  CatalogLayer* layer = impl_->find(id);
+  if (layer == nullptr) return impl_->refuse(ErrorCode::kUsage, "no layer has id " + std::to_string(id.value));
+  LayerInfo info = layer->info;
+  info.metadata_json = std::move(metadata_json);
+  if (const std::string wrong = layer_fault(info); !wrong.empty())
+    return impl_->refuse(ErrorCode::kInvalidData, "layer " + info.name + ": " + wrong);
+  if (layer->info.metadata_json != info.metadata_json) impl_->changed = true;
+  layer->info = std::move(info);
+  return {};
+}
+
+Result<void> StoreWriter::put(LayerId id, TileId tile, const EncodedPayload& payload) {
+  RecordHeader header{.type = RecordType::kTile,
+                      .codec = payload.codec,
+                      .raw_bytes = payload.raw_bytes,
+                      .stored_bytes = static_cast<std::uint32_t>(payload.bytes.size()),
+                      .key = record_key(id, tile.level, morton_code(tile.x, tile.y))};
+  const auto sealed = seal_record(header, payload.bytes);
+  Reference reference{.stored_bytes = header.stored_bytes,
+                      .check = static_cast<std::uint32_t>(header.hash),
+                      .kind = ReferenceKind::kTile,
+                      .codec = payload.codec};
+  {
+    const std::lock_guard lock(impl_->mutex);
+    VT_CHECK(impl_->check_usable());
+    VT_ASSIGN(const CatalogLayer* layer, impl_->check_tile(id, tile));
+    const std::size_t wanted = layer->info.tile_payload_bytes();
+    if (payload.raw_bytes != wanted || (payload.codec == Codec::kRaw && payload.bytes.size() != wanted) ||
+        payload.bytes.size() > kMaxRawBytes)
+      return impl_->refuse(ErrorCode::kUsage, tile_place(layer->info, tile) + ": payload of " + std::to_string(payload.raw_bytes) +
+                                                  " bytes, " + std::to_string(wanted) + " wanted");
+    VT_ASSIGN(reference.offset, impl_->reserve(reference.record_bytes()));
+  }
+  const auto written = impl_->write_record(reference.offset, sealed, payload.bytes);
+
+  const std::lock_guard lock(impl_->mutex);
+  if (!written) return impl_->break_off(written.error());
+  VT_CHECK(impl_->check_usable());
+  return impl_->set_entry(*impl_->find(id), tile, reference);
+}
+
+Result<void> StoreWriter::put_constant(LayerId id, TileId tile, std::span<const std::byte> block) {
+  const std::lock_guard lock(impl_->mutex);
+  VT_CHECK(impl_->check_usable());
+  VT_ASSIGN(CatalogLayer * layer, impl_->check_tile(id, tile));
+  const std::size_t wanted = format_info(layer->info.format).block_bytes;
+  if (block.size() != wanted)
+    return impl_->refuse(ErrorCode::kUsage, tile_place(layer->info, tile) + ": a constant of " + std::to_string(block.size()) + " bytes, " +
+                                                std::to_string(wanted) + " wanted");
+
+  const std::string value(reinterpret_cast<const char*>(block.data()), block.size());
+  auto known = impl_->constants.find(value);
+  if (known == impl_->constants.end()) {
+    auto reference = impl_->append(RecordType::kConstant, 0, block);
+    if (!reference) return impl_->break_off(reference.error());
+    if (impl_->constants.size() >= kMaxConstants) impl_->constants.clear();
+    known = impl_->constants.emplace(value, *reference).first;
+  }
+  return impl_->set_entry(*layer, tile, known->second);
+}
+
+Result<void> StoreWriter::remove(LayerId id, TileId tile) {
+  const std::lock_guard lock(impl_->mutex);
+  VT_CHECK(impl_->check_usable());
+  VT_ASSIGN(CatalogLayer * layer, impl_->check_tile(id, tile));
+  VT_ASSIGN(const Reference present, impl_->pages.find(id, tile));
+  if (!present.present()) return {};
+  return impl_->set_entry(*layer, tile, {});
+}
+
+bool StoreWriter::contains(LayerId id, TileId tile) const {
+  const std::lock_guard lock(impl_->mutex);
+  const auto layer = impl_->check_tile(id, tile);
+  if (!layer) return false;
+  const auto reference = impl_->pages.find(id, tile);
+  return reference && reference->present();
+}
+
+Result<void> StoreWriter::read(LayerId id, TileId tile, std::span<std::byte> out) const {
+  Reference reference;
+  std::size_t block_bytes = 0;
+  std::string place;
+  {
+    const std::lock_guard lock(impl_->mutex);
+    VT_ASSIGN(CatalogLayer * layer, impl_->check_tile(id, tile));
+    assert(out.size() == layer->info.tile_payload_bytes());
+    VT_ASSIGN(reference, impl_->pages.find(id, tile));
+    if (!reference.present()) return impl_->refuse(ErrorCode::kNotFound, tile_place(layer->info, tile) + ": absent");
+    block_bytes = format_info(layer->info.format).block_bytes;
+    place = tile_place(layer->info, tile);
+  }
+
+  // Records never change once written, so the file is read without the lock.
+  const bool is_constant = reference.kind == ReferenceKind::kConstant;
+  const std::size_t raw_bytes = is_constant ? block_bytes : out.size();
+  const std::uint64_t key = is_constant ? 0 : record_key(id, tile.level, morton_code(tile.x, tile.y));
+  if (reference.stored_bytes > kMaxRawBytes) return impl_->refuse(ErrorCode::kCorrupt, place + ": stored size over 256 MiB");
+  thread_local std::vector<std::byte> record;
+  record.resize(kRecordHeaderBytes + reference.stored_bytes);
+  VT_CHECK(impl_->file.read_at(reference.offset, record));
+  const auto payload = check_record(record, reference, key, static_cast<std::uint32_t>(raw_bytes));
+  if (!payload) return impl_->refuse(ErrorCode::kCorrupt, place + ": " + payload.error());
+  if (is_constant) {
+    fill_constant(*payload, out);
+    return {};
+  }
+  if (auto decoded = decode_payload(reference.codec, *payload, out); !decoded)
+    return impl_->refuse(decoded.error().code, place + ": " + decoded.error().message);
+  return {};
+}
+
+Result<void> StoreWriter::commit() {
+  const std::lock_guard lock(impl_->mutex);
+  return impl_->commit_locked();
+}
+
+Result<void> StoreWriter::finish() {
+  const std::lock_guard lock(impl_->mutex);
+  VT_CHECK(impl_->commit_locked());
+  impl_->broken = Error{ErrorCode::kUsage, impl_->file.path().string() + ": this writer is finished; open the store again"};
+  return impl_->file.close();
+}
+
+std::uint64_t StoreWriter::generation() const {
+  const std::lock_guard lock(impl_->mutex);
+  return impl_->generation;
+}
+
+std::uint64_t StoreWriter::file_bytes() const {
+  const std::lock_guard lock(impl_->mutex);
+  return impl_->end;
+}
+
+}  // namespace vt::store

@@ -1,0 +1,168 @@
+#include "store/region.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cstring>
+#include <random>
+
+#include "tests/store/store_support.h"
+
+namespace vt::store {
+namespace {
+
+using namespace test;
+
+// One texel as the layer's format holds it; for BC1 the two end points as stored and the texel's own index, which is all that a decoder
+// sees of it.
+using Texel = std::vector<std::byte>;
+
+// Definition: the texel of the nearest present ancestor-or-self tile that covers (x, y); nothing where there is none.
+struct Found {
+  Texel texel;
+  int steps = 0;
+};
+std::optional<Found> texel_by_definition(const LayerInfo& layer, const Contents& contents, int level, std::int64_t x, std::int64_t y) {
+  if (x < 0 || y < 0) return std::nullopt;
+  const std::int64_t side = std::int64_t{1} << (level + layer.tile_exponent);
+  if (x >= side || y >= side) return std::nullopt;
+  for (int steps = 0; steps <= level; ++steps) {
+    const std::int64_t cx = x >> steps;
+    const std::int64_t cy = y >> steps;
+    const TileId tile{Level{static_cast<std::uint8_t>(level - steps)}, static_cast<std::uint32_t>(cx >> layer.tile_exponent),
+                      static_cast<std::uint32_t>(cy >> layer.tile_exponent)};
+    const auto at = contents.find({layer.name, tile});
+    if (at == contents.end()) continue;
+    const std::int64_t in_x = cx & (layer.tile_texels() - 1);
+    const std::int64_t in_y = cy & (layer.tile_texels() - 1);
+    const FormatInfo& format = format_info(layer.format);
+    const std::int64_t block = (in_y / format.block_edge) * (layer.tile_texels() / format.block_edge) + in_x / format.block_edge;
+    const std::byte* bytes = at->second.data() + block * format.block_bytes;
+    if (format.block_edge == 1) return Found{Texel(bytes, bytes + format.block_bytes), steps};
+    const int bit = static_cast<int>(2 * ((in_y % 4) * 4 + in_x % 4));
+    Texel texel(bytes, bytes + 4);
+    texel.push_back((bytes[4 + bit / 8] >> (bit % 8)) & std::byte{3});
+    return Found{texel, steps};
+  }
+  return std::nullopt;
+}
+
+Texel texel_of_region(const FormatInfo& format, std::span<const std::byte> region, std::size_t pitch, std::int64_t x, std::int64_t y) {
+  const std::byte* block = region.data() + static_cast<std::size_t>(y / format.block_edge) * pitch +
+                           static_cast<std::size_t>(x / format.block_edge) * format.block_bytes;
+  if (format.block_edge == 1) return Texel(block, block + format.block_bytes);
+  const int bit = static_cast<int>(2 * ((y % 4) * 4 + x % 4));
+  Texel texel(block, block + 4);
+  texel.push_back((block[4 + bit / 8] >> (bit % 8)) & std::byte{3});
+  return texel;
+}
+
+Texel missing_texel(const FormatInfo& format) {
+  if (format.block_edge > 1) return Texel(5);
+  Texel texel(format.block_bytes);
+  if (format.format == TexelFormat::kR32Float) {
+    const std::uint32_t nan = 0x7FC00000;
+    std::memcpy(texel.data(), &nan, 4);
+  }
+  return texel;
+}
+
+class Region : public testing::TestWithParam<TexelFormat> {};
+
+TEST_P(Region, IsTheNearestAncestorsTexelEverywhere) {
+  const FormatInfo& format = format_info(GetParam());
+  std::mt19937 random(17);
+  for (int round = 0; round < 12; ++round) {
+    const ScratchFolder folder;
+    const int finest = 1 + static_cast<int>(random() % 5);
+    const LayerInfo layer = small_layer("l", GetParam(), 2 + static_cast<int>(random() % 3), finest);
+    StoreWriter writer = value_of(StoreWriter::create(folder / "a.vts", {}, {.sync = false}));
+    const LayerId id = value_of(writer.add_layer(layer));
+    Contents contents;
+    for (int level = 0; level <= finest; ++level) {
+      for (std::uint32_t y = 0; y < (1U << level); ++y) {
+        for (std::uint32_t x = 0; x < (1U << level); ++x) {
+          const TileId tile{Level{static_cast<std::uint8_t>(level)}, x, y};
+          const auto dice = random() % 8;
+          if (dice < 3) continue;
+          Bytes bytes = tile_bytes(layer, tile);
+          if (dice == 3) {
+            for (std::size_t i = format.block_bytes; i < bytes.size(); ++i) bytes[i] = bytes[i - format.block_bytes];
+            succeed(writer.put_constant(id, tile, std::span(bytes).first(format.block_bytes)));
+          } else {
+            succeed(writer.put(id, tile, encoded(bytes, {Codec::kZstd, 1})));
+          }
+          contents[{layer.name, tile}] = std::move(bytes);
+        }
+      }
+    }
+    succeed(writer.finish());
+    const StoreReader reader = value_of(StoreReader::open(folder / "a.vts"));
+
+    for (int trial = 0; trial < 25; ++trial) {
+      const int level = static_cast<int>(random() % static_cast<unsigned>(finest + 2));  // also one deeper than the layer
+      const std::int64_t side = std::int64_t{1} << (level + layer.tile_exponent);
+      const auto pick = [&](std::int64_t low, std::int64_t high) {
+        return (low + static_cast<std::int64_t>(random() % static_cast<std::uint64_t>(high - low))) / format.block_edge * format.block_edge;
+      };
+      const TexelRect rect{pick(-2 * format.block_edge - 6, side), pick(-2 * format.block_edge - 6, side), pick(4, side / 2 + 12),
+                           pick(4, side / 2 + 12)};
+      const std::size_t row_bytes = payload_bytes(format, static_cast<std::size_t>(rect.width), format.block_edge);
+      const std::size_t pitch = row_bytes + (trial % 2) * 5;
+      const std::size_t rows = static_cast<std::size_t>(rect.height) / format.block_edge;
+      Bytes out(pitch * (rows - 1) + row_bytes, std::byte{0xEE});
+      const auto report = read_region(reader, id, Level{static_cast<std::uint8_t>(level)}, rect, out, trial % 2 == 0 ? 0 : pitch);
+      ASSERT_TRUE(report) << report.error().message;
+
+      RegionReport truth;
+      for (std::int64_t y = 0; y < rect.height; ++y) {
+        for (std::int64_t x = 0; x < rect.width; ++x) {
+          const auto wanted = texel_by_definition(layer, contents, level, rect.x + x, rect.y + y);
+          ASSERT_EQ(texel_of_region(format, out, pitch, x, y), wanted ? wanted->texel : missing_texel(format))
+              << x << "," << y << " of level " << level;
+          (!wanted ? truth.texels_missing : wanted->steps == 0 ? truth.texels_own_level : truth.texels_from_coarser) += 1;
+        }
+      }
+      EXPECT_EQ(report->texels_own_level, truth.texels_own_level);
+      EXPECT_EQ(report->texels_from_coarser, truth.texels_from_coarser);
+      EXPECT_EQ(report->texels_missing, truth.texels_missing);
+      // What lies between the rows belongs to the caller.
+      for (std::size_t row = 0; row + 1 < rows; ++row)
+        for (std::size_t i = row_bytes; i < pitch; ++i) ASSERT_EQ(out[row * pitch + i], std::byte{0xEE});
+    }
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Formats, Region,
+                         testing::Values(TexelFormat::kRgb8, TexelFormat::kRgba8, TexelFormat::kBc1, TexelFormat::kR32Float),
+                         [](const auto& instance) { return std::string(format_info(instance.param).name); });
+
+TEST(ReadRegion, AWholeTileIsTheTile) {
+  const ScratchFolder folder;
+  StoreWriter writer = value_of(StoreWriter::create(folder / "a.vts", {}));
+  const LayerInfo layer = small_layer("l", TexelFormat::kRgb8, 5, 2);
+  const LayerId id = value_of(writer.add_layer(layer));
+  const TileId tile{Level{2}, 3, 1};
+  succeed(writer.put(id, tile, encoded(tile_bytes(layer, tile))));
+  succeed(writer.finish());
+  const StoreReader reader = value_of(StoreReader::open(folder / "a.vts"));
+  Bytes out(layer.tile_payload_bytes());
+  ASSERT_TRUE(read_region(reader, id, tile.level, rect_of(tile, layer.tile_exponent), out));
+  EXPECT_EQ(out, tile_bytes(layer, tile));
+}
+
+TEST(ReadRegion, FarOutsideAndEmptyRectanglesAreOrdinary) {
+  const ScratchFolder folder;
+  StoreWriter writer = value_of(StoreWriter::create(folder / "a.vts", {}));
+  const LayerId id = value_of(writer.add_layer(small_layer("l", TexelFormat::kR32Float, 5, 2)));
+  succeed(writer.finish());
+  const StoreReader reader = value_of(StoreReader::open(folder / "a.vts"));
+  Bytes out(4 * 6);
+  EXPECT_EQ(read_region(reader, id, {2}, {-1000000, 5000000, 2, 3}, out)->texels_missing, 6U);
+  EXPECT_EQ(read_region(reader, id, {2}, {0, 0, 0, 3}, out)->texels_missing, 0U);
+  EXPECT_EQ(read_region(reader, id, {30}, {0, 0, 2, 3}, out).error().code, ErrorCode::kUsage);
+  EXPECT_EQ(read_region(reader, LayerId{5}, {0}, {0, 0, 2, 3}, out).error().code, ErrorCode::kUsage);
+}
+
+}  // namespace
+}  // namespace vt::store

@@ -1,0 +1,81 @@
+#include "tests/store/store_support.h"
+
+#include <unistd.h>
+
+#include <cstdlib>
+#include <fstream>
+
+#include "store/layout.h"
+
+namespace vt::store::test {
+
+ScratchFolder::ScratchFolder() {
+  std::string name = (std::filesystem::temp_directory_path() / "vt-store-XXXXXX").string();
+  if (mkdtemp(name.data()) == nullptr) throw std::runtime_error("no scratch folder");
+  path_ = name;
+}
+
+ScratchFolder::~ScratchFolder() {
+  std::error_code ignored;
+  std::filesystem::remove_all(path_, ignored);
+}
+
+Bytes read_file(const std::filesystem::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  if (!file) throw std::runtime_error(path.string() + ": cannot open");
+  Bytes bytes(std::filesystem::file_size(path));
+  file.read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
+  return bytes;
+}
+
+void write_file(const std::filesystem::path& path, std::span<const std::byte> bytes) {
+  std::ofstream file(path, std::ios::binary | std::ios::trunc);
+  file.write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
+  if (!file.flush()) throw std::runtime_error(path.string() + ": cannot write");
+}
+
+LayerInfo small_layer(std::string name, TexelFormat format, int tile_exponent, int finest) {
+  LayerInfo layer;
+  layer.name = std::move(name);
+  layer.format = format;
+  layer.tile_exponent = static_cast<std::uint8_t>(tile_exponent);
+  layer.finest = {static_cast<std::uint8_t>(finest)};
+  const std::int64_t side = std::int64_t{1} << layer.vt_exponent();
+  layer.data = {0, 0, side, side};
+  layer.grid = {.origin_x = 0.0, .origin_y = 1.0, .step_x = 1.0 / static_cast<double>(side), .step_y = 1.0 / static_cast<double>(side)};
+  return layer;
+}
+
+Bytes tile_bytes(const LayerInfo& layer, TileId tile, int version) {
+  Bytes bytes(layer.tile_payload_bytes());
+  std::uint64_t state = morton_code(tile.x, tile.y) * 977 + tile.level.value * 131 + static_cast<std::uint64_t>(version) * 7919 + 1;
+  for (char c : layer.name) state = state * 31 + static_cast<unsigned char>(c);
+  for (std::size_t i = 0; i < bytes.size(); ++i) {
+    state = state * 6364136223846793005 + 1442695040888963407;
+    bytes[i] = i < bytes.size() / 2 ? static_cast<std::byte>(state >> 56) : static_cast<std::byte>(tile.x + version);
+  }
+  return bytes;
+}
+
+EncodedPayload encoded(std::span<const std::byte> raw, Compression compression) { return value_of(encode_payload(raw, compression)); }
+
+Contents read_all(const StoreReader& reader) {
+  Contents contents;
+  for (const LayerInfo& layer : reader.layers()) {
+    for (int level = 0; level <= layer.finest.value; ++level) {
+      const std::uint32_t side = std::uint32_t{1} << level;
+      for (std::uint32_t y = 0; y < side; ++y) {
+        for (std::uint32_t x = 0; x < side; ++x) {
+          const TileId tile{Level{static_cast<std::uint8_t>(level)}, x, y};
+          if (value_of(reader.lookup(layer.id, tile)).kind == TileKind::kAbsent) continue;
+          Bytes bytes(layer.tile_payload_bytes());
+          succeed(reader.read(layer.id, tile, bytes));
+          contents[{layer.name, tile}] = std::move(bytes);
+        }
+      }
+    }
+  }
+  return contents;
+}
+
+}  // namespace vt::store::test

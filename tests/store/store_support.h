@@ -1,0 +1,62 @@
+// What the store's tests share: a scratch folder, small layers, tiles whose content follows from their name, whole files as bytes.
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <map>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "store/layer.h"
+#include "store/result.h"
+#include "store/store_reader.h"
+#include "store/store_writer.h"
+
+namespace vt::store::test {
+
+using Bytes = std::vector<std::byte>;
+
+// A folder of its own, gone with the test.
+class ScratchFolder {
+ public:
+  ScratchFolder();
+  ~ScratchFolder();
+  ScratchFolder(const ScratchFolder&) = delete;
+  ScratchFolder& operator=(const ScratchFolder&) = delete;
+  [[nodiscard]] std::filesystem::path operator/(std::string_view name) const { return path_ / name; }
+
+ private:
+  std::filesystem::path path_;
+};
+
+[[nodiscard]] Bytes read_file(const std::filesystem::path& path);
+void write_file(const std::filesystem::path& path, std::span<const std::byte> bytes);
+
+// A layer whose data fill the padded square.
+[[nodiscard]] LayerInfo small_layer(std::string name, TexelFormat format, int tile_exponent, int finest);
+
+// Bytes that differ from tile to tile and from `version` to `version`; half of them repeat, so that zstd has something to do.
+[[nodiscard]] Bytes tile_bytes(const LayerInfo& layer, TileId tile, int version = 0);
+[[nodiscard]] EncodedPayload encoded(std::span<const std::byte> raw, Compression compression = {});
+
+// What a generation holds: layer name and tile to decoded bytes.
+using Contents = std::map<std::pair<std::string, TileId>, Bytes>;
+// Every tile of every layer, by asking for all of them. Fails the test on an error.
+[[nodiscard]] Contents read_all(const StoreReader& reader);
+
+// The value, or a test failure with the error's sentence and an abort of the test program's current test.
+template <class T>
+T value_of(Result<T> result) {
+  if (!result) throw std::runtime_error(result.error().message);
+  return std::move(*result);
+}
+inline void succeed(const Result<void>& result) {
+  if (!result) throw std::runtime_error(result.error().message);
+}
+
+}  // namespace vt::store::test
