@@ -68,6 +68,7 @@ struct OpenOptions {
   std::optional<geo::Crs> crs;
   std::optional<Area> extent;     // outer edges in CRS units
   std::optional<double> nodata;
+  bool palette_indices = false;   // class rasters: keep a palette's indices (1 band) instead of expanding them to RGB (with alpha where nodata is declared)
   std::size_t cache_bytes = std::size_t{32} << 20;  // decoded blocks kept by the source, all threads together
 };
 
