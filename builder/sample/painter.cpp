@@ -136,7 +136,7 @@ void Painter::Scratch::fill_nodes(const World& world) {
       const float h = height[at];
       // Forest likes slopes that no plough climbs, river banks and middle heights; not the coast, cliffs or the heights.
       nodes[kForest][at] = 0.95F * moist + 0.5F * smoothstep(0.08F, 0.3F, slope) + 0.55F * smoothstep(40.0F, 110.0F, h) +
-                           0.4F * (1.0F - smoothstep(0.0F, 26.0F, nodes[kRiver][at])) - 0.42F - 2.2F * smoothstep(250.0F, 400.0F, h + 70.0F * moist) -
+                           0.4F * (1.0F - smoothstep(0.0F, 26.0F, nodes[kRiver][at])) - 0.42F - 2.2F * smoothstep(270.0F, 420.0F, h + 70.0F * moist) -
                            1.4F * smoothstep(0.75F, 1.05F, slope) - 1.2F * (1.0F - smoothstep(2.0F, 7.0F, h));
     }
   }
@@ -146,7 +146,7 @@ void Painter::Scratch::fill_blocks(const World& world) {
   blocks.clear();
   count_inland = count_shore = 0;
   const auto& town = nodes[kTown];
-  if (*std::max_element(town.begin(), town.end()) < -0.25F) return;
+  if (*std::max_element(town.begin(), town.end()) < -0.5F) return;
   const auto inland = std::minmax_element(nodes[kStreetInland].begin(), nodes[kStreetInland].end());
   const auto shore = std::minmax_element(nodes[kStreetShore].begin(), nodes[kStreetShore].end());
   first_inland = floor_int(static_cast<double>(*inland.first / World::kBlockInland)) - 1;
@@ -212,7 +212,7 @@ Surface Painter::Scratch::surface(const World& world, const Fields& f, Position 
     s.material = Material::kSand;
     return s;
   }
-  if (f[kHeight] + 60.0F * grain > 440.0F + 160.0F * smoothstep(0.6F, 1.3F, slope) && slope < 1.25F) {
+  if (f[kHeight] + 60.0F * grain > 450.0F + 140.0F * smoothstep(0.7F, 1.3F, slope) && slope < 1.3F) {
     s.material = Material::kSnow;
     return s;
   }
@@ -225,7 +225,7 @@ Surface Painter::Scratch::surface(const World& world, const Fields& f, Position 
     return s;
   }
   s.material = Material::kGrass;
-  if (f[kHeight] > 3.5F && f[kHeight] < 110.0F && slope < 0.17F && f[kRiver] > 12.0F && std::min(f[kCoastRoad], f[kValleyRoad]) > 7.0F) {
+  if (f[kHeight] > 3.5F && f[kHeight] < 42.0F && slope < 0.22F && f[kRiver] > 12.0F && std::min(f[kCoastRoad], f[kValleyRoad]) > 7.0F) {
     s.parcel = world.parcel(p);
     if (s.parcel.edge_m > 1.4F) s.material = Material::kField;
   }
@@ -273,19 +273,17 @@ void Painter::Scratch::build_houses() {
 }
 
 void Painter::Scratch::plant_trees(const World& world) {
-  // At most one tree per cell, anywhere in it.
-  constexpr double kCell = 4.25;
-  const Position north_west = position(0, 0);
-  const Position south_east = position(kWide - 1, kWide - 1);
+  // At most one tree per cell of 8.5 texels, on a sixteenth of a texel: exact in float wherever the square begins.
+  constexpr std::int64_t kCell = 136;
+  constexpr double kSixteenth = 1.0 / 16.0;
   const std::uint32_t salt = world.salt(kTreeSalt);
-  for (std::int64_t cell_y = floor_int(south_east.y / kCell); cell_y <= floor_int(north_west.y / kCell); ++cell_y) {
-    for (std::int64_t cell_x = floor_int(north_west.x / kCell); cell_x <= floor_int(south_east.x / kCell); ++cell_x) {
+  for (std::int64_t cell_y = floor_int(static_cast<double>(row * 16) / kCell); cell_y <= (row + kWide) * 16 / kCell; ++cell_y) {
+    for (std::int64_t cell_x = floor_int(static_cast<double>(column * 16) / kCell); cell_x <= (column + kWide) * 16 / kCell; ++cell_x) {
       const std::uint32_t h = hash(salt, cell_x, cell_y);
-      const Position p{(static_cast<double>(cell_x) + static_cast<double>(unit(h))) * kCell,
-                       (static_cast<double>(cell_y) + static_cast<double>(unit(rehash(h, 1)))) * kCell};
-      const double exact_x = p.x / kTexelMetres - static_cast<double>(column) - 0.5;
-      const double exact_y = -p.y / kTexelMetres - static_cast<double>(row) - 0.5;
+      const double exact_x = static_cast<double>(cell_x * kCell + static_cast<std::int64_t>(h % kCell) - column * 16) * kSixteenth;
+      const double exact_y = static_cast<double>(cell_y * kCell + static_cast<std::int64_t>(rehash(h, 1) % kCell) - row * 16) * kSixteenth;
       if (exact_x < 0.0 || exact_y < 0.0 || exact_x > kWide - 1 || exact_y > kWide - 1) continue;
+      const Position p = position(exact_x, exact_y);
       const auto x = static_cast<float>(exact_x);
       const auto y = static_cast<float>(exact_y);
       if (thing[static_cast<std::size_t>(static_cast<int>(y + 0.5F) * kWide + static_cast<int>(x + 0.5F))] == Thing::kRoof) continue;
@@ -507,10 +505,10 @@ void Painter::paint(std::int64_t column, std::int64_t row, Square& out) {
           break;
         case Material::kRock: {
           // Beds of lighter and darker stone.
-          const float bed = f[kHeight] * 0.11F + 1.3F * broad;
+          const float bed = f[kHeight] * 0.045F + 1.6F * broad + 0.25F * middle;
           const float phase = bed - static_cast<float>(floor_int(static_cast<double>(bed)));
           const float strata = phase < 0.5F ? phase : 1.0F - phase;
-          color = blend({0.135F, 0.122F, 0.108F}, {0.27F, 0.25F, 0.225F}, std::clamp(strata * 1.4F + 0.35F * middle, 0.0F, 1.0F)) *
+          color = blend({0.135F, 0.122F, 0.108F}, {0.27F, 0.25F, 0.225F}, std::clamp(0.2F + strata * 0.9F + 0.4F * middle, 0.0F, 1.0F)) *
                   (1.0F + 0.18F * middle + 0.16F * fine);
           relief = 0.55F;
           break;
@@ -575,8 +573,8 @@ void Painter::paint(std::int64_t column, std::int64_t row, Square& out) {
         const Rgb leaf = (look & 1U) != 0 ? blend({0.020F, 0.040F, 0.018F}, {0.036F, 0.056F, 0.024F}, tone)
                                           : blend({0.042F, 0.078F, 0.020F}, {0.092F, 0.118F, 0.030F}, yellow * yellow);
         color = leaf * ((0.8F + 0.4F * tone) * (1.0F + 0.30F * broad + 0.22F * fine));
-        tilt_east = 0.5F * tilt_east + static_cast<float>(s.tilt_east[at]) / 32.0F;
-        tilt_north = 0.5F * tilt_north + static_cast<float>(s.tilt_north[at]) / 32.0F;
+        tilt_east = tilt_east + static_cast<float>(s.tilt_east[at]) / 32.0F;
+        tilt_north = tilt_north + static_cast<float>(s.tilt_north[at]) / 32.0F;
         relief = 0.5F;
       }
 

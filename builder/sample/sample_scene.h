@@ -10,8 +10,11 @@
 
 namespace vt::sample {
 
+constexpr std::int64_t kMinSampleSize = 16;
+constexpr std::int64_t kMaxSampleSize = 65536;
+
 struct SampleOptions {
-  std::int64_t size = 4096;  // texels along one side of the imagery, 0.5 m each: a multiple of 4, 16 to 262144
+  std::int64_t size = 4096;  // texels along one side of the imagery, 0.5 m each: a multiple of 8 between the limits above
   std::uint64_t seed = 1;
   std::function<bool(double fraction)> progress;  // called from the calling thread; false cancels
 };

@@ -119,11 +119,11 @@ Ground World::ground(Position p) const {
 
   // Hills, then mountains.
   const Noise2 range = noise2(salt(kRangeSalt), p.x / 2300.0, p.y / 2300.0);
-  const float mountain = smoothstep(640.0F, 1750.0F, from_sea + 120.0F * range.value) * (0.86F + 0.3F * range.value);
-  const float hill = smoothstep(450.0F, 900.0F, from_sea);
+  const float mountain = smoothstep(640.0F, 1650.0F, from_sea + 120.0F * range.value) * (0.9F + 0.3F * range.value);
+  const float hill = smoothstep(560.0F, 950.0F, from_sea);
   if (hill > 0.0F || mountain > 0.0F) {
     const float relief = eroded(p);
-    height += hill * 95.0F * std::max(0.0F, relief - 0.12F) + mountain * (120.0F + 760.0F * relief);
+    height += hill * 95.0F * std::max(0.0F, relief - 0.12F) + mountain * (150.0F + 950.0F * relief);
   }
 
   // Rivers carve their valleys down to their level.
@@ -131,9 +131,10 @@ Ground World::ground(Position p) const {
   const Curve course = river_course(river, frame.inland);
   const float off_course = static_cast<float>(frame.shore) - course.value;
   float from_course = std::fabs(off_course) / std::sqrt(1.0F + course.slope * course.slope);
-  const float lake = smoothstep(kLakeFirst - 40.0F, kLakeFirst + 70.0F, inland) * (1.0F - smoothstep(kLakeLast - 70.0F, kLakeLast + 40.0F, inland));
+  const float lake = smoothstep(kLakeFirst - 30.0F, kLakeFirst + 130.0F, inland + 50.0F * cove.value) *
+                     (1.0F - smoothstep(kLakeLast - 130.0F, kLakeLast + 30.0F, inland - 50.0F * bay.value));
   const Noise2 lake_shape = noise2(salt(kLakeSalt), p.x / 140.0, p.y / 140.0);
-  const float width = mix(13.0F - 0.0045F * std::clamp(inland, 0.0F, 2000.0F), 78.0F + 34.0F * lake_shape.value, lake) + 2.5F * rocks.value + 0.8F * stones.value;
+  const float width = mix(13.0F - 0.0045F * std::clamp(inland, 0.0F, 2000.0F), 88.0F + 52.0F * lake_shape.value, lake) + 2.5F * rocks.value + 0.8F * stones.value;
   const float river_m = from_course - std::max(width, 2.0F);
   const float level = water_level(inland);
   const float valley_half = 60.0F + 260.0F * mountain + 40.0F * lake;

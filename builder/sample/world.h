@@ -74,8 +74,9 @@ class World {
   [[nodiscard]] Position valley_road_point(std::int64_t river, double inland) const;
   [[nodiscard]] std::uint32_t salt(std::uint32_t use) const;
 
+  static constexpr double kTownLimit = 900.0;  // no town stands further inland than this
   static constexpr double kRiverSpacing = 4200.0;
-  static constexpr double kCentreInland = 560.0;  // how far inland the centre of the scene lies
+  static constexpr double kCentreInland = 700.0;  // how far inland the centre of the scene lies
 
  private:
   struct Curve {
