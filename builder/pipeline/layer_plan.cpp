@@ -99,10 +99,32 @@ Result<Point2> native_step(const geo::Crs& crs, const OpenSource& source) {
   return Point2{std::hypot(east.x - here.x, south.x - here.x), std::hypot(east.y - here.y, south.y - here.y)};
 }
 
+// A ground sample distance in CRS units: metres of the grid where the CRS is projected (a UTM image "of 0.5 m" has texels of 0.5 grid metres), metres
+// on the ground at the centre where it is in degrees.
+Result<Point2> step_of_gsd(const geo::Crs& crs, double gsd_m, const Bounds& bounds) {
+  if (!(gsd_m > 0.0) || !std::isfinite(gsd_m)) return fail(ErrorCode::kUsage, "the ground sample distance must be greater than 0 metres");
+  switch (crs.definition().projection) {
+    case geo::Projection::kPixel: return Point2{gsd_m, gsd_m};
+    case geo::Projection::kTransverseMercator:
+    case geo::Projection::kWebMercator: return Point2{gsd_m / crs.definition().metres_per_unit, gsd_m / crs.definition().metres_per_unit};
+    case geo::Projection::kGeographic: break;
+  }
+  VT_ASSIGN(const Point2 metres, crs.metres_per_unit_at({(bounds.west + bounds.east) / 2, (bounds.south + bounds.north) / 2}));
+  return Point2{gsd_m / metres.x, gsd_m / metres.y};
+}
+
 Result<GridPlacement> choose_grid(const LayerRequest& request, const geo::Crs& crs, const OpenSource& first, const Bounds& bounds) {
   const geo::GeoTransform transform = transform_of(first.raster->info());
   GridPlacement grid;
-  const bool own_grid = !request.gsd_m && transform.is_north_up() && crs.same_coordinates(first.crs);
+  std::optional<Point2> asked_step;
+  if (request.gsd_m) {
+    VT_ASSIGN(asked_step, step_of_gsd(crs, *request.gsd_m, bounds));
+  }
+  const auto is_own_step = [&] {
+    const auto same = [](double a, double b) { return std::abs(a - b) <= 1e-6 * b; };
+    return !asked_step || (same(asked_step->x, transform.x_column) && same(asked_step->y, -transform.y_row));
+  };
+  const bool own_grid = transform.is_north_up() && crs.same_coordinates(first.crs) && is_own_step();
   if (own_grid) {
     grid.step_x = transform.x_column;
     grid.step_y = -transform.y_row;
@@ -111,19 +133,14 @@ Result<GridPlacement> choose_grid(const LayerRequest& request, const geo::Crs& c
     grid.origin_y = transform.y0 - std::floor((transform.y0 - bounds.north) / grid.step_y + kGridTolerance) * grid.step_y;
     return grid;
   }
-  if (request.gsd_m) {
-    if (!(*request.gsd_m > 0.0)) return fail(ErrorCode::kUsage, "--gsd must be greater than 0 metres");
-    Point2 metres{1.0, 1.0};
-    if (crs.definition().projection != geo::Projection::kPixel) {
-      VT_ASSIGN(metres, crs.metres_per_unit_at({(bounds.west + bounds.east) / 2, (bounds.south + bounds.north) / 2}));
-    }
-    grid.step_x = *request.gsd_m / metres.x;
-    grid.step_y = *request.gsd_m / metres.y;
+  Point2 step;
+  if (asked_step) {
+    step = *asked_step;
   } else {
-    VT_ASSIGN(const Point2 step, native_step(crs, first));
-    grid.step_x = step.x;
-    grid.step_y = step.y;
+    VT_ASSIGN(step, native_step(crs, first));
   }
+  grid.step_x = step.x;
+  grid.step_y = step.y;
   grid.origin_x = bounds.west;
   grid.origin_y = bounds.north;
   return grid;

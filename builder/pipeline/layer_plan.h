@@ -36,7 +36,7 @@ struct LayerRequest {
   std::string kernel;                       // "" = kaiser3 for colour, box for elevation
   std::string compression = "zstd:3";
   int tile_texels = 256;
-  std::optional<double> gsd_m;              // ground metres per texel of the finest level; default: the first source's own grid
+  std::optional<double> gsd_m;              // metres per texel of the finest level (of the grid if projected, on the ground if in degrees); default: the first source's own grid
   std::optional<geo::Crs> crs;              // of the dataset; default: the store's, or the first source's
   std::optional<std::array<double, 2>> range;  // sample values of black and white
 };
