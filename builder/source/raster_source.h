@@ -14,12 +14,11 @@
 #include "builder/geo/crs.h"
 #include "builder/geo/geo_transform.h"
 #include "store/result.h"
+#include "store/sample_type.h"
 
 namespace vt::source {
 
-enum class SampleType : std::uint8_t { kUint8, kInt8, kUint16, kInt16, kUint32, kInt32, kFloat32, kFloat64 };
-[[nodiscard]] std::size_t sample_bytes(SampleType type);
-[[nodiscard]] const char* sample_name(SampleType type);  // "uint8", ...
+using vt::SampleType;
 
 struct RasterInfo {
   std::filesystem::path path;
