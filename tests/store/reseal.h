@@ -14,7 +14,9 @@ namespace vt::store::test {
 
 inline void reseal(std::span<std::byte> file) {
   const auto renew_reference = [&](std::uint64_t at) {
-    const std::uint64_t target = get_reference(file, at).offset;
+    const Reference reference = get_reference(file, at);
+    const std::uint64_t target = reference.offset;
+    if (!reference.present()) return;
     if (target <= file.size() && file.size() - target >= kRecordHeaderBytes)
       put<std::uint32_t>(file, at + 12, get<std::uint32_t>(file, target));
   };
