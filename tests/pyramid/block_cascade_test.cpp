@@ -8,6 +8,8 @@
 #include <random>
 #include <vector>
 
+#include "tests/support/whole_image.h"
+
 namespace vt::pyramid {
 namespace {
 
@@ -16,51 +18,12 @@ using channels::PlaneRow;
 
 constexpr int kPlanes = 3;  // two values and the weight
 
-// A whole level in memory; zero outside the data.
-struct Image {
-  TexelRect data;
-  std::vector<float> floats;
-
-  explicit Image(const TexelRect& rect) : data(rect), floats(static_cast<std::size_t>(rect.width * rect.height * kPlanes), 0.0F) {}
-  float& at(std::int64_t x, std::int64_t y, int p) { return floats[static_cast<std::size_t>(((y - data.y) * data.width + (x - data.x)) * kPlanes + p)]; }
-  [[nodiscard]] float get(std::int64_t x, std::int64_t y, int p) const {
-    if (!data.contains(x, y)) return 0.0F;
-    return floats[static_cast<std::size_t>(((y - data.y) * data.width + (x - data.x)) * kPlanes + p)];
-  }
+struct Image : test::WholeImage {
+  explicit Image(const TexelRect& rect) : WholeImage(rect, kPlanes) {}
+  explicit Image(test::WholeImage&& whole) : WholeImage(std::move(whole)) {}
 };
 
-template <class At>
-float weighted_pairs(const HalvingKernel& kernel, const At& at) {
-  float sum = kernel.weight[0] * (at(0) + at(kernel.taps - 1));
-  for (int t = 1; t < kernel.taps / 2; ++t) sum = sum + kernel.weight[static_cast<std::size_t>(t)] * (at(t) + at(kernel.taps - 1 - t));
-  return sum;
-}
-
-// The definition: the whole level at once, texel by texel, columns first, then the row.
-Image halve_whole(const Image& fine, const HalvingKernel& kernel) {
-  Image coarse(coarser(fine.data, 1));
-  for (std::int64_t y = coarse.data.y; y < coarse.data.bottom(); ++y)
-    for (std::int64_t x = coarse.data.x; x < coarse.data.right(); ++x) {
-      std::array<float, kPlanes> box{};
-      for (int p = 0; p < kPlanes; ++p) {
-        coarse.at(x, y, p) = weighted_pairs(kernel, [&](int tx) {
-          return weighted_pairs(kernel, [&](int ty) { return fine.get(2 * x - kernel.reach() + tx, 2 * y - kernel.reach() + ty, p); });
-        });
-        box[static_cast<std::size_t>(p)] = 0.25F * ((fine.get(2 * x, 2 * y, p) + fine.get(2 * x + 1, 2 * y, p)) +
-                                                    (fine.get(2 * x, 2 * y + 1, p) + fine.get(2 * x + 1, 2 * y + 1, p)));
-      }
-      float& weight = coarse.at(x, y, kPlanes - 1);
-      const float box_weight = box[kPlanes - 1];
-      if (weight == 1.0F && box_weight == 1.0F) continue;
-      if (box_weight <= 0.0F || !(weight >= 0.5F * box_weight)) {
-        for (int p = 0; p < kPlanes; ++p) coarse.at(x, y, p) = box_weight <= 0.0F ? 0.0F : box[static_cast<std::size_t>(p)];
-      } else if (weight > 1.0F) {
-        for (int p = 0; p + 1 < kPlanes; ++p) coarse.at(x, y, p) /= weight;
-        weight = 1.0F;
-      }
-    }
-  return coarse;
-}
+Image halve_whole(const Image& fine, const HalvingKernel& kernel) { return Image(test::halve_whole(fine, kernel)); }
 
 // Collects what a block gives out, and checks that every texel comes once.
 class Collector final : public RowSink {
