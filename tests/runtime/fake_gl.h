@@ -1,5 +1,6 @@
-// An OpenGL 1.2 that only remembers: textures are arrays in memory, bindings and matrices are variables. Any other name is refused and counted.
-// Lets the whole runtime be tested, under the thread sanitizer too, and shows what a real GL hides: what lies in a texture that is being filled.
+// An OpenGL 1.2 that only remembers: textures are arrays in memory, bindings and matrices are variables. Any other name is refused and
+// counted. Lets the whole runtime be tested, under the thread sanitizer too, and shows what a real GL hides: what lies in a texture that is
+// being filled.
 #pragma once
 
 #include <array>
@@ -66,7 +67,8 @@ class FakeGl {
   static void pixel_store_i(E name, I value) { current_->pixel_store[name] = value; }
   static void tex_image(E, I mip, I, I width, I, I, E format, E, const void*) {
     const int channels = format == gl12::GL_RGB ? 3 : 4;
-    current_->textures[current_->bound][mip] = {width, channels, std::vector<std::uint8_t>(static_cast<std::size_t>(width * width * channels), 0xEE)};
+    current_->textures[current_->bound][mip] = {width, channels,
+                                                std::vector<std::uint8_t>(static_cast<std::size_t>(width * width * channels), 0xEE)};
   }
   static void tex_parameter(E, E, I) {}
   static void tex_sub_image(E, I mip, I x, I y, I width, I height, E, E, const void* texels) {
@@ -85,18 +87,13 @@ class FakeGl {
   static void matrix_mode_(E mode) { current_->matrix_mode = static_cast<int>(mode); }
 
   static void* getproc(const char* name, void* user) {
-    static const std::map<std::string, void*> kKnown = {{"glBindTexture", reinterpret_cast<void*>(bind_texture)},
-                                                        {"glDeleteTextures", reinterpret_cast<void*>(delete_textures)},
-                                                        {"glGenTextures", reinterpret_cast<void*>(gen_textures)},
-                                                        {"glGetError", reinterpret_cast<void*>(get_error)},
-                                                        {"glGetIntegerv", reinterpret_cast<void*>(get_integer)},
-                                                        {"glGetString", reinterpret_cast<void*>(get_string)},
-                                                        {"glPixelStorei", reinterpret_cast<void*>(pixel_store_i)},
-                                                        {"glTexImage2D", reinterpret_cast<void*>(tex_image)},
-                                                        {"glTexParameteri", reinterpret_cast<void*>(tex_parameter)},
-                                                        {"glTexSubImage2D", reinterpret_cast<void*>(tex_sub_image)},
-                                                        {"glLoadMatrixd", reinterpret_cast<void*>(load_matrix)},
-                                                        {"glMatrixMode", reinterpret_cast<void*>(matrix_mode_)}};
+    static const std::map<std::string, void*> kKnown = {
+        {"glBindTexture", reinterpret_cast<void*>(bind_texture)},    {"glDeleteTextures", reinterpret_cast<void*>(delete_textures)},
+        {"glGenTextures", reinterpret_cast<void*>(gen_textures)},    {"glGetError", reinterpret_cast<void*>(get_error)},
+        {"glGetIntegerv", reinterpret_cast<void*>(get_integer)},     {"glGetString", reinterpret_cast<void*>(get_string)},
+        {"glPixelStorei", reinterpret_cast<void*>(pixel_store_i)},   {"glTexImage2D", reinterpret_cast<void*>(tex_image)},
+        {"glTexParameteri", reinterpret_cast<void*>(tex_parameter)}, {"glTexSubImage2D", reinterpret_cast<void*>(tex_sub_image)},
+        {"glLoadMatrixd", reinterpret_cast<void*>(load_matrix)},     {"glMatrixMode", reinterpret_cast<void*>(matrix_mode_)}};
     const auto found = kKnown.find(name);
     if (found != kKnown.end()) return found->second;
     static_cast<FakeGl*>(user)->refused.insert(name);

@@ -25,8 +25,14 @@ TEST(HeightField, ARampStaysARampAtEveryLevelAndAHoleStaysOutOfIt) {
     std::memcpy(out, &height, 4);
   };
   const auto reader = test::make_store(folder / "h.vts",
-                                       {{.name = "dem", .channel = ChannelType::kElevation, .format = TexelFormat::kR32Float, .tile_exponent = 6,
-                                         .finest = finest, .data = data, .paint = paint, .skip = {}}},
+                                       {{.name = "dem",
+                                         .channel = ChannelType::kElevation,
+                                         .format = TexelFormat::kR32Float,
+                                         .tile_exponent = 6,
+                                         .finest = finest,
+                                         .data = data,
+                                         .paint = paint,
+                                         .skip = {}}},
                                        area);
   ASSERT_TRUE(reader.has_value()) << reader.error().message;
   for (const int most : {400, 200, 100}) {

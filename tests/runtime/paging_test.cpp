@@ -85,8 +85,10 @@ TEST(Equations, ExtentOfALevelIsTheUnionOfItsTiles) {
       EXPECT_EQ(tiles, whole);
       // Equation 6 with the level's own width.
       const int paper = paper_level(level.level, layer.finest);
-      const Interval s = extent_around((whole.s_min + whole.s_max) / 2, static_cast<double>(level.box_texels()), paper, std::ldexp(1.0, 16));
-      const Interval t = extent_around((whole.t_min + whole.t_max) / 2, static_cast<double>(level.box_texels()), paper, std::ldexp(1.0, 16));
+      const Interval s =
+          extent_around((whole.s_min + whole.s_max) / 2, static_cast<double>(level.box_texels()), paper, std::ldexp(1.0, 16));
+      const Interval t =
+          extent_around((whole.t_min + whole.t_max) / 2, static_cast<double>(level.box_texels()), paper, std::ldexp(1.0, 16));
       EXPECT_EQ((Box{s.min, t.min, s.max, t.max}), whole);
     }
   }
@@ -111,7 +113,8 @@ Case random_case(std::mt19937_64& random, int vt) {
 }
 
 // Where (u, v) lies in a tile, from the definitions alone, in long double. V counts from the northern row.
-std::pair<long double, long double> exact_uv(const Case& c, Level level, TexelOrigin tile, long double tile_texels, long double u, long double v) {
+std::pair<long double, long double> exact_uv(const Case& c, Level level, TexelOrigin tile, long double tile_texels, long double u,
+                                             long double v) {
   const long double scale = std::ldexp(1.0L, level.value - c.layer.finest.value);
   const long double x = c.area.west + u * (static_cast<long double>(c.area.east) - c.area.west);
   const long double y = c.area.south + v * (static_cast<long double>(c.area.north) - c.area.south);
@@ -141,7 +144,8 @@ TEST(TileMatrix, LocalCoordinatesInFloatStayWithinAHundredthOfATexelUpToVt31) {
         const TexelOrigin tile = box_origin(*layout, level, s, t);
         // A geometry of 64 texels somewhere in the tile, with its own origin.
         const double texels = static_cast<double>(level.tile_texels());
-        const Point2 corner{static_cast<double>(tile.x) + anywhere(random) * texels * 0.8, static_cast<double>(tile.y) + anywhere(random) * texels * 0.8};
+        const Point2 corner{static_cast<double>(tile.x) + anywhere(random) * texels * 0.8,
+                            static_cast<double>(tile.y) + anywhere(random) * texels * 0.8};
         const Point2 uv_origin = mapping.uv_from_texel(level.level, corner);
         const TileMatrix m = tile_matrix(*layout, level, tile, mapping.st_from_uv(), uv_origin);
         for (int k = 0; k < 4; ++k) {
@@ -149,7 +153,8 @@ TEST(TileMatrix, LocalCoordinatesInFloatStayWithinAHundredthOfATexelUpToVt31) {
           const auto [exact_x, exact_y] = exact_uv(c, level.level, tile, level.tile_texels(), uv.x, uv.y);
           const double x = in_float(m.scale_x, m.trans_x, uv.x - uv_origin.x);
           const double y = in_float(m.scale_y, m.trans_y, uv.y - uv_origin.y);
-          worst = std::max({worst, static_cast<double>(std::abs(x - exact_x)) * texels, static_cast<double>(std::abs(y - exact_y)) * texels});
+          worst =
+              std::max({worst, static_cast<double>(std::abs(x - exact_x)) * texels, static_cast<double>(std::abs(y - exact_y)) * texels});
         }
       }
     }
@@ -239,9 +244,10 @@ TEST(Layout, EveryMipOfEveryTileLiesOnTheTexelsOfItsOwnLevel) {
 }
 
 TEST(Layout, LevelsMayDiffer) {
-  const auto layout = make_layout(plain_layer(8), {.tile_exponent = 8,
-                                                   .overrides = {{.level = Level{8}, .tile_exponent = 10, .tiles_per_side = 2},
-                                                                 {.level = Level{6}, .tiles_per_side = 8}}});
+  const auto layout =
+      make_layout(plain_layer(8),
+                  {.tile_exponent = 8,
+                   .overrides = {{.level = Level{8}, .tile_exponent = 10, .tiles_per_side = 2}, {.level = Level{6}, .tiles_per_side = 8}}});
   ASSERT_TRUE(layout.has_value());
   EXPECT_EQ(layout->levels[0].tile_exponent, 10);
   EXPECT_EQ(layout->levels[0].tiles_per_side, 2);

@@ -30,7 +30,7 @@ Bits bits_of(const Cells& c) {
 Box box_of(const Cells& c) { return {c.x0 / 64.0, c.y0 / 64.0, c.x1 / 64.0, c.y1 / 64.0}; }
 
 struct World {
-  std::vector<std::vector<Cells>> cells;              // by level, finest first
+  std::vector<std::vector<Cells>> cells;  // by level, finest first
   std::vector<std::vector<SelectableTile>> tiles;
   std::vector<SelectableLevel> levels;
 };
@@ -42,7 +42,8 @@ World make_world(const std::vector<std::vector<Cells>>& cells, std::mt19937* hid
   for (const auto& level : cells) {
     world.tiles.emplace_back();
     for (const Cells& c : level)
-      world.tiles.back().push_back({.box = box_of(c), .shown = hide == nullptr || &level == &cells.back() || (*hide)() % 8 != 0, .slot = slot++});
+      world.tiles.back().push_back(
+          {.box = box_of(c), .shown = hide == nullptr || &level == &cells.back() || (*hide)() % 8 != 0, .slot = slot++});
   }
   for (const auto& tiles : world.tiles) {
     SelectableLevel level{.box = {}, .any_shown = false, .tolerance = 1e-9, .tiles = tiles};

@@ -37,7 +37,8 @@ TEST(BandCursor, CutsATileIntoPiecesThatFitAndTogetherAreTheTile) {
         ASSERT_LE(band->x + band->width, edge);
         ASSERT_LE(band->y + band->height, edge);
         for (int y = band->y; y < band->y + band->height; ++y)
-          for (int x = band->x; x < band->x + band->width; ++x) ++seen[static_cast<std::size_t>(band->mip)][static_cast<std::size_t>(y * edge + x)];
+          for (int x = band->x; x < band->x + band->width; ++x)
+            ++seen[static_cast<std::size_t>(band->mip)][static_cast<std::size_t>(y * edge + x)];
       }
       EXPECT_EQ(offset, tile_bytes(info, exponent, mips));
       for (const auto& mip : seen) EXPECT_EQ(std::count(mip.begin(), mip.end(), 1), static_cast<std::ptrdiff_t>(mip.size()));

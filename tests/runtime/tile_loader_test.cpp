@@ -15,8 +15,8 @@ namespace {
 using test::LayerSpec;
 using test::make_store;
 using test::noise_paint;
-using test::PaintedSource;
 using test::Paint;
+using test::PaintedSource;
 using test::TempFolder;
 
 TileImage* wait_for(TileLoader& loader) {
@@ -28,11 +28,16 @@ TileImage* wait_for(TileLoader& loader) {
 }
 
 LevelLayout level_layout(int level, int exponent, int mips) {
-  return {.level = Level{static_cast<std::uint8_t>(level)}, .tile_exponent = exponent, .tiles_per_side = 1, .mips = mips, .hop = 1 << (exponent - 1)};
+  return {.level = Level{static_cast<std::uint8_t>(level)},
+          .tile_exponent = exponent,
+          .tiles_per_side = 1,
+          .mips = mips,
+          .hop = 1 << (exponent - 1)};
 }
 
 // What a mip must be, from the formula alone; `present` says which texels of a level were written, holes come from coarser levels.
-std::vector<std::byte> expected_mip(const LayerInfo& layer, const Paint& paint, const std::function<bool(TileId)>& skip, Level level, const TexelRect& rect) {
+std::vector<std::byte> expected_mip(const LayerInfo& layer, const Paint& paint, const std::function<bool(TileId)>& skip, Level level,
+                                    const TexelRect& rect) {
   const FormatInfo& format = format_info(layer.format);
   std::vector<std::byte> out(payload_bytes(format, static_cast<std::size_t>(rect.width), static_cast<std::size_t>(rect.height)));
   std::byte* to = out.data();
@@ -42,7 +47,8 @@ std::vector<std::byte> expected_mip(const LayerInfo& layer, const Paint& paint, 
         const Level coarse{static_cast<std::uint8_t>(level.value - up)};
         const std::int64_t cx = x >> up;
         const std::int64_t cy = y >> up;
-        const TileId tile{coarse, static_cast<std::uint32_t>(cx >> layer.tile_exponent), static_cast<std::uint32_t>(cy >> layer.tile_exponent)};
+        const TileId tile{coarse, static_cast<std::uint32_t>(cx >> layer.tile_exponent),
+                          static_cast<std::uint32_t>(cy >> layer.tile_exponent)};
         const TexelRect tiles = layer.tile_rect(coarse);
         if (!tiles.contains(tile.x, tile.y) || (skip && skip(tile))) continue;
         paint(coarse, cx, cy, to);
@@ -52,7 +58,8 @@ std::vector<std::byte> expected_mip(const LayerInfo& layer, const Paint& paint, 
   return out;
 }
 
-void expect_mips(const TileImage& image, const LayerInfo& layer, const Paint& paint, const std::function<bool(TileId)>& skip, const TileRequest& request) {
+void expect_mips(const TileImage& image, const LayerInfo& layer, const Paint& paint, const std::function<bool(TileId)>& skip,
+                 const TileRequest& request) {
   const FormatInfo& format = format_info(image.format);
   for (int mip = 0; mip < image.mips; ++mip) {
     const std::int64_t edge = request.level.tile_texels() >> mip;
@@ -134,7 +141,8 @@ TEST(TileLoader, Bc1StaysCompressedOrIsDecodedAsTheContextNeeds) {
         want.resize(want.size() + 8);
         paint(Level{static_cast<std::uint8_t>(3 - mip)}, (64 >> mip) / 4 + x, (96 >> mip) / 4 + y, want.data() + want.size() - 8);
       }
-    ASSERT_EQ(std::memcmp(compressed->bytes.data() + mip_offset(format_info(TexelFormat::kBc1), 7, mip), want.data(), want.size()), 0) << "mip " << mip;
+    ASSERT_EQ(std::memcmp(compressed->bytes.data() + mip_offset(format_info(TexelFormat::kBc1), 7, mip), want.data(), want.size()), 0)
+        << "mip " << mip;
     // Decoded block by block by the store's definition.
     const std::byte* rgba = decoded->bytes.data() + mip_offset(format_info(TexelFormat::kRgba8), 7, mip);
     for (std::int64_t b = 0; b < edge / 4 * (edge / 4); ++b) {
@@ -152,7 +160,8 @@ TEST(TileLoader, ReadsInTheOrderOfTheRequests) {
   auto source = std::make_shared<PaintedSource>(TexelFormat::kRgb8, noise_paint(TexelFormat::kRgb8));
   TileLoader loader(source, {}, 5, 1, 8, 8);
   std::vector<TileRequest> requests;
-  for (int i = 0; i < 8; ++i) requests.push_back({.slot = i, .ticket = 1, .level = level_layout(6, 5, 1), .levels_from_finest = 0, .origin = {}});
+  for (int i = 0; i < 8; ++i)
+    requests.push_back({.slot = i, .ticket = 1, .level = level_layout(6, 5, 1), .levels_from_finest = 0, .origin = {}});
   loader.post(requests);
   for (int i = 0; i < 8; ++i) {
     TileImage* image = wait_for(loader);
@@ -208,7 +217,8 @@ TEST(TileLoader, ReportsATileThatCannotBeRead) {
 }
 
 TEST(TileLoader, TintsEveryMipWithItsTilesColour) {
-  auto source = std::make_shared<PaintedSource>(TexelFormat::kRgb8, [](Level, std::int64_t, std::int64_t, std::byte* t) { t[0] = t[1] = t[2] = std::byte{100}; });
+  auto source = std::make_shared<PaintedSource>(
+      TexelFormat::kRgb8, [](Level, std::int64_t, std::int64_t, std::byte* t) { t[0] = t[1] = t[2] = std::byte{100}; });
   TileLoader loader(source, {.source = TexelFormat::kRgb8, .target = TexelFormat::kRgb8, .tint_levels = true}, 5, 3, 2, 8);
   const TileRequest request{.slot = 0, .ticket = 1, .level = level_layout(6, 5, 3), .levels_from_finest = 2, .origin = {}};
   loader.post(std::span(&request, 1));
