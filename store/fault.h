@@ -22,6 +22,7 @@ enum class FaultNumber : int {
   kForeignSuperblock = 107,   // the two belong to different stores
   kUncommittedTail = 108,     // not an error: bytes after the last commit
   kGarbage = 109,             // not an error: bytes in the log that nothing points to
+  kMoreFindings = 199,        // the report was cut
 
   // Catalog
   kCatalogReference = 201,
@@ -37,11 +38,10 @@ enum class FaultNumber : int {
   kPageEntry = 304,
 
   // Tiles
-  kTileReference = 401,
-  kTileRecord = 402,
-  kTileDecode = 403,
-  kPadding = 404,
-  kParentAbsent = 405,
+  kTileRecord = 401,
+  kTileDecode = 402,
+  kPadding = 403,
+  kParentAbsent = 404,
 
   // Layers
   kLayerBuilding = 501,  // not an error

@@ -58,7 +58,6 @@ class StoreReader {
   [[nodiscard]] Result<std::optional<TileId>> nearest_present(LayerId layer, TileId tile) const;
 
  private:
-  friend class Validator;
   struct Impl;
   explicit StoreReader(std::unique_ptr<Impl> impl);
   std::unique_ptr<Impl> impl_;

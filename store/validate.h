@@ -28,7 +28,7 @@ struct ValidationReport {
 
 struct ValidateOptions {
   bool decode_tiles = true;  // also decompress every tile
-  std::function<void(std::uint64_t done, std::uint64_t total)> progress;
+  std::function<void(std::uint64_t done, std::uint64_t total)> progress = nullptr;
 };
 
 // kIo when the file cannot be read at all; damage of any kind is a finding, not an error.

@@ -14,12 +14,11 @@
 #include "builder/geo/crs.h"
 #include "builder/geo/geo_transform.h"
 #include "store/result.h"
+#include "store/sample_type.h"
 
 namespace vt::source {
 
-enum class SampleType : std::uint8_t { kUint8, kInt8, kUint16, kInt16, kUint32, kInt32, kFloat32, kFloat64 };
-[[nodiscard]] std::size_t sample_bytes(SampleType type);
-[[nodiscard]] const char* sample_name(SampleType type);  // "uint8", ...
+using vt::SampleType;
 
 struct RasterInfo {
   std::filesystem::path path;
@@ -68,6 +67,7 @@ struct OpenOptions {
   std::optional<geo::Crs> crs;
   std::optional<Area> extent;     // outer edges in CRS units
   std::optional<double> nodata;
+  bool palette_indices = false;   // class rasters: keep a palette's indices (1 band) instead of expanding them to RGB (with alpha where nodata is declared)
   std::size_t cache_bytes = std::size_t{32} << 20;  // decoded blocks kept by the source, all threads together
 };
 

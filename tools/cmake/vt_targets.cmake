@@ -2,6 +2,8 @@
 
 add_library(vt_flags INTERFACE)
 target_include_directories(vt_flags INTERFACE ${PROJECT_SOURCE_DIR})
+# Options are plain structs with defaults, set by designated initialisers: fields left out are meant to be.
+target_compile_options(vt_flags INTERFACE -Wno-missing-field-initializers)
 # Products and sums must round the same way on every CPU, or tiles would differ from machine to machine: no contraction into fused multiply-add.
 target_compile_options(vt_flags INTERFACE -Wall -Wextra -Wpedantic -Wshadow -Werror -ffp-contract=off)
 if(VT_SANITIZE)

@@ -1,0 +1,185 @@
+// Colour. A number is a code of the layer's transfer function; what averages is light. Planes: red, green, blue light times weight, then the weight,
+// which is coverage (alpha) where the source has it and 1 or 0 for data and no data otherwise.
+
+#include <cassert>
+#include <cmath>
+#include <cstring>
+#include <string>
+#include <vector>
+
+#include "builder/channels/channel_codec.h"
+#include "builder/channels/read_samples.h"
+#include "builder/channels/srgb.h"
+
+namespace vt::channels {
+namespace {
+
+// Below half a step of 8-bit coverage nothing of a texel would be seen, and dividing by it would only blow up rounding noise.
+constexpr float kLeastWeight = 0.5F / 255.0F;
+
+class ColorCodec final : public ChannelCodec {
+ public:
+  ColorCodec(const SampleLayout& layout, Transfer transfer, TexelFormat format)
+      : layout_(layout), transfer_(transfer), table_(code_table(transfer)) {
+    planes_ = 4;
+    texel_format_ = format == TexelFormat::kRgba8 ? TexelFormat::kRgba8 : TexelFormat::kRgb8;
+    carry_format_ = TexelFormat::kRgba32Float;
+    const bool same_channels = layout.value_bands == 3 && layout.has_alpha == (texel_format_ == TexelFormat::kRgba8);
+    samples_are_texels_ = layout.type == SampleType::kUint8 && !layout.range && same_channels && !(layout.has_alpha && layout.nodata);
+    if (layout.nodata && *layout.nodata >= 0.0 && *layout.nodata <= 255.0 && layout.type == SampleType::kUint8)
+      nodata_code_ = static_cast<std::uint8_t>(*layout.nodata);
+    if (layout.type == SampleType::kUint16 && !layout.range) {
+      light_of_16_bit_.resize(65536);
+      for (std::size_t c = 0; c < light_of_16_bit_.size(); ++c)
+        light_of_16_bit_[c] = static_cast<float>(linear_from_code(transfer, static_cast<double>(c) / 65535.0));
+    }
+  }
+
+  bool decode_row(const std::byte* samples, std::int64_t count, const PlaneRow& out) const override {
+    if (layout_.type == SampleType::kUint8 && !layout_.range) return decode_8_bit(samples, count, out);
+    return decode_any(samples, count, out);
+  }
+
+  void encode_row(const RowNeighbourhood& rows, std::int64_t count, std::byte* out) const override {
+    auto* codes = reinterpret_cast<std::uint8_t*>(out);
+    const bool has_alpha = texel_format_ == TexelFormat::kRgba8;
+    const std::size_t step = has_alpha ? 4 : 3;
+    const auto& [red, green, blue, weight] = rows.here;
+    for (std::int64_t i = 0; i < count; ++i, codes += step) {
+      const float w = rows.opaque ? 1.0F : weight[i];
+      if (w == 1.0F) {
+        codes[0] = table_.code(red[i]);
+        codes[1] = table_.code(green[i]);
+        codes[2] = table_.code(blue[i]);
+      } else if (w >= kLeastWeight) {
+        codes[0] = table_.code(red[i] / w);
+        codes[1] = table_.code(green[i] / w);
+        codes[2] = table_.code(blue[i] / w);
+      } else {
+        encode_empty(rows, i, codes);
+      }
+      if (has_alpha) codes[3] = alpha_code(w);
+    }
+  }
+
+  void mark_outside(std::byte* texels, std::int64_t count) const override {
+    if (texel_format_ != TexelFormat::kRgba8) return;  // an opaque format has nothing but the neighbour's colour to show there
+    for (std::int64_t i = 0; i < count; ++i) texels[4 * i + 3] = std::byte{0};
+  }
+
+ private:
+  static std::uint8_t alpha_code(float weight) {
+    const float clamped = weight > 0.0F ? (weight < 1.0F ? weight : 1.0F) : 0.0F;
+    return static_cast<std::uint8_t>(clamped * 255.0F + 0.5F);
+  }
+
+  bool decode_8_bit(const std::byte* samples, std::int64_t count, const PlaneRow& out) const {
+    const auto* codes = reinterpret_cast<const std::uint8_t*>(samples);
+    const float* light = table_.light_table().data();
+    const auto& [red, green, blue, weight] = out;
+    const bool grey = layout_.value_bands == 1;
+    if (!layout_.has_alpha && !layout_.nodata) {
+      if (grey) {
+        for (std::int64_t i = 0; i < count; ++i) red[i] = green[i] = blue[i] = light[codes[i]];
+      } else {
+        for (std::int64_t i = 0; i < count; ++i, codes += 3) {
+          red[i] = light[codes[0]];
+          green[i] = light[codes[1]];
+          blue[i] = light[codes[2]];
+        }
+      }
+      for (std::int64_t i = 0; i < count; ++i) weight[i] = 1.0F;
+      return true;
+    }
+
+    const int bands = layout_.value_bands;
+    bool opaque = true;
+    for (std::int64_t i = 0; i < count; ++i, codes += bands + (layout_.has_alpha ? 1 : 0)) {
+      float w = layout_.has_alpha ? static_cast<float>(codes[bands]) / 255.0F : 1.0F;
+      if (layout_.nodata && codes[0] == nodata_value() && (grey || (codes[1] == nodata_value() && codes[2] == nodata_value()))) w = 0.0F;
+      opaque = opaque && w == 1.0F;
+      red[i] = w * light[codes[0]];
+      green[i] = w * light[codes[grey ? 0 : 1]];
+      blue[i] = w * light[codes[grey ? 0 : 2]];
+      weight[i] = w;
+    }
+    return opaque;
+  }
+
+  // The declared nodata as something a code can equal; -1 when it lies outside the code range and so never occurs.
+  [[nodiscard]] int nodata_value() const { return nodata_code_ ? int{*nodata_code_} : -1; }
+
+  bool decode_any(const std::byte* samples, std::int64_t count, const PlaneRow& out) const {
+    const int bands = layout_.value_bands;
+    const std::size_t bytes = sample_bytes(layout_.type);
+    const double alpha_full = full_scale(layout_.type);
+    bool opaque = true;
+    for (std::int64_t i = 0; i < count; ++i) {
+      std::array<double, 3> value{};
+      bool all_nodata = layout_.nodata.has_value();
+      bool finite = true;
+      for (int b = 0; b < bands; ++b, samples += bytes) {
+        value[static_cast<std::size_t>(b)] = read_sample(layout_.type, samples);
+        finite = finite && std::isfinite(value[static_cast<std::size_t>(b)]);
+        all_nodata = all_nodata && equals_nodata(layout_.type, value[static_cast<std::size_t>(b)], *layout_.nodata);
+      }
+      double w = 1.0;
+      if (layout_.has_alpha) {
+        w = std::clamp(read_sample(layout_.type, samples) / alpha_full, 0.0, 1.0);
+        samples += bytes;
+      }
+      if (all_nodata || !finite) w = 0.0;
+      opaque = opaque && w == 1.0;
+      out[3][i] = static_cast<float>(w);
+      for (std::size_t b = 0; b < 3; ++b) {
+        const double v = value[bands == 1 ? 0 : b];
+        out[b][i] = w > 0.0 ? static_cast<float>(w) * light_of(v) : 0.0F;
+      }
+    }
+    return opaque;
+  }
+
+  [[nodiscard]] float light_of(double value) const {
+    if (!light_of_16_bit_.empty()) return light_of_16_bit_[static_cast<std::size_t>(value)];
+    const std::array<double, 2> range = layout_.range.value_or(std::array<double, 2>{0.0, full_scale(layout_.type)});
+    return static_cast<float>(linear_from_code(transfer_, std::clamp((value - range[0]) / (range[1] - range[0]), 0.0, 1.0)));
+  }
+
+  // A texel without colour of its own. The source's own nodata code if it has one, so that it is given back exactly; else the mean colour of the
+  // neighbours that have some; else black.
+  void encode_empty(const RowNeighbourhood& rows, std::int64_t i, std::uint8_t* codes) const {
+    if (nodata_code_) {
+      codes[0] = codes[1] = codes[2] = *nodata_code_;
+      return;
+    }
+    std::array<float, 4> sum{};
+    for (const ConstPlaneRow& row : {rows.above, rows.here, rows.below})
+      for (std::int64_t x = i - 1; x <= i + 1; ++x)
+        if (row[3][x] >= kLeastWeight)
+          for (std::size_t p = 0; p < 4; ++p) sum[p] += row[p][x];
+    for (std::size_t p = 0; p < 3; ++p) codes[p] = sum[3] > 0.0F ? table_.code(sum[p] / sum[3]) : std::uint8_t{0};
+  }
+
+  SampleLayout layout_;
+  Transfer transfer_;
+  const CodeTable& table_;
+  std::optional<std::uint8_t> nodata_code_;
+  std::vector<float> light_of_16_bit_;
+};
+
+}  // namespace
+
+Result<std::unique_ptr<const ChannelCodec>> make_color_codec(const SampleLayout& layout, Transfer transfer, TexelFormat format) {
+  if (format != TexelFormat::kRgb8 && format != TexelFormat::kRgba8 && format != TexelFormat::kBc1)
+    return fail(ErrorCode::kUnsupported, "a colour layer cannot be stored as " + std::string(format_info(format).name) + "; use rgb8, rgba8 or bc1");
+  if (layout.value_bands != 1 && layout.value_bands != 3)
+    return fail(ErrorCode::kUnsupported, "colour needs one band (grey) or three, found " + std::to_string(layout.value_bands) +
+                                             "; choose with --bands, for example --bands 3,2,1");
+  const bool codes = layout.type == SampleType::kUint8 || layout.type == SampleType::kUint16;
+  if (!codes && !layout.range)
+    return fail(ErrorCode::kUnsupported, std::string("colour from ") + sample_name(layout.type) +
+                                             " samples needs to know which values are black and white; give --range LOW,HIGH");
+  return std::make_unique<const ColorCodec>(layout, transfer, format);
+}
+
+}  // namespace vt::channels

@@ -1,0 +1,146 @@
+#include "builder/encode/tile_band.h"
+
+#include <algorithm>
+#include <cassert>
+#include <cstring>
+
+#include "builder/encode/bc1_encoder.h"
+
+namespace vt::encode {
+namespace {
+
+bool any_positive(const float* weights, std::int64_t count) {
+  return std::any_of(weights, weights + count, [](float w) { return w > 0.0F; });
+}
+
+channels::ConstPlaneRow shifted(const channels::ConstPlaneRow& row, std::int64_t texels) {
+  channels::ConstPlaneRow result = row;
+  for (const float*& plane : result)
+    if (plane != nullptr) plane += texels;
+  return result;
+}
+
+}  // namespace
+
+TileBand::TileBand(const LayerInfo& layer, const channels::ChannelCodec& codec, store::Compression compression, Level level, const TexelRect& core)
+    : format_(layer.format),
+      codec_(codec),
+      compression_(compression),
+      level_(level),
+      core_(core),
+      tile_texels_(layer.tile_texels()),
+      tile_exponent_(layer.tile_exponent),
+      texel_bytes_(format_info(codec.texel_format()).block_bytes),
+      tile_row_(core.y >> layer.tile_exponent),
+      next_y_(core.y) {
+  if (core.empty()) return;
+  const std::int64_t first = core.x >> tile_exponent_;
+  const std::int64_t last = (core.right() - 1) >> tile_exponent_;
+  for (std::int64_t column = first; column <= last; ++column) {
+    OpenTile tile;
+    tile.column = static_cast<std::uint32_t>(column);
+    tile.texels.resize(static_cast<std::size_t>(tile_texels_ * tile_texels_) * texel_bytes_);
+    open_.push_back(std::move(tile));
+  }
+}
+
+// Cuts the row at tile borders; `write_segment(offset in the row, count, out)` returns whether the segment has data.
+template <class WriteSegment>
+void TileBand::add_segments(std::int64_t y, const WriteSegment& write_segment) {
+  assert(y == next_y_ && y < core_.bottom());
+  ++next_y_;
+  const std::int64_t row_in_tile = y & (tile_texels_ - 1);
+  for (OpenTile& tile : open_) {
+    const std::int64_t tile_x = std::int64_t{tile.column} << tile_exponent_;
+    const std::int64_t x0 = std::max(tile_x, core_.x);
+    const std::int64_t x1 = std::min(tile_x + tile_texels_, core_.right());
+    std::byte* out = tile.texels.data() + static_cast<std::size_t>(row_in_tile * tile_texels_ + (x0 - tile_x)) * texel_bytes_;
+    if (write_segment(x0 - core_.x, x1 - x0, out)) tile.has_data = true;
+  }
+}
+
+void TileBand::add_row(std::int64_t y, const channels::RowNeighbourhood& rows) {
+  const auto weight_plane = static_cast<std::size_t>(codec_.weight_plane());
+  add_segments(y, [&](std::int64_t offset, std::int64_t count, std::byte* out) {
+    const channels::RowNeighbourhood segment{shifted(rows.above, offset), shifted(rows.here, offset), shifted(rows.below, offset), rows.opaque};
+    codec_.encode_row(segment, count, out);
+    return rows.opaque || any_positive(segment.here[weight_plane], count);
+  });
+}
+
+void TileBand::add_texels(std::int64_t y, const std::byte* texels, const float* weights) {
+  add_segments(y, [&](std::int64_t offset, std::int64_t count, std::byte* out) {
+    std::memcpy(out, texels + static_cast<std::size_t>(offset) * texel_bytes_, static_cast<std::size_t>(count) * texel_bytes_);
+    return weights == nullptr || any_positive(weights + offset, count);
+  });
+}
+
+Result<std::vector<EncodedTile>> TileBand::take_finished() {
+  std::vector<EncodedTile> finished;
+  const bool row_is_full = next_y_ == core_.bottom() || (next_y_ & (tile_texels_ - 1)) == 0;
+  if (open_.empty() || !row_is_full || next_y_ == core_.y || tile_row_ != (next_y_ - 1) >> tile_exponent_) return finished;
+  for (OpenTile& tile : open_) {
+    if (tile.has_data) {
+      fill_outside(tile);
+      VT_ASSIGN(EncodedTile encoded, encode(tile));
+      finished.push_back(std::move(encoded));
+    }
+    tile.has_data = false;
+  }
+  ++tile_row_;
+  return finished;
+}
+
+void TileBand::fill_outside(OpenTile& tile) const {
+  const TexelRect rect = rect_of({level_, tile.column, static_cast<std::uint32_t>(tile_row_)}, tile_exponent_);
+  const TexelRect data = intersect(rect, core_);
+  if (data == rect) return;
+  const auto texel = [&](std::int64_t x, std::int64_t y) {
+    return tile.texels.data() + static_cast<std::size_t>((y - rect.y) * tile_texels_ + (x - rect.x)) * texel_bytes_;
+  };
+  const auto repeat = [&](std::int64_t from_x, std::int64_t to_x, std::int64_t count, std::int64_t y) {
+    for (std::int64_t i = 0; i < count; ++i) std::memcpy(texel(to_x + i, y), texel(from_x, y), texel_bytes_);
+    codec_.mark_outside(texel(to_x, y), count);
+  };
+  for (std::int64_t y = data.y; y < data.bottom(); ++y) {
+    if (data.x > rect.x) repeat(data.x, rect.x, data.x - rect.x, y);
+    if (data.right() < rect.right()) repeat(data.right() - 1, data.right(), rect.right() - data.right(), y);
+  }
+  for (std::int64_t y = rect.y; y < rect.bottom(); ++y) {
+    if (y >= data.y && y < data.bottom()) continue;
+    const std::int64_t nearest = y < data.y ? data.y : data.bottom() - 1;
+    std::memcpy(texel(rect.x, y), texel(rect.x, nearest), static_cast<std::size_t>(tile_texels_) * texel_bytes_);
+    codec_.mark_outside(texel(rect.x, y), tile_texels_);
+  }
+}
+
+bool TileBand::is_constant(const OpenTile& tile) const {
+  return std::memcmp(tile.texels.data(), tile.texels.data() + texel_bytes_, tile.texels.size() - texel_bytes_) == 0;
+}
+
+Result<EncodedTile> TileBand::encode(const OpenTile& tile) const {
+  EncodedTile encoded;
+  encoded.tile = {level_, tile.column, static_cast<std::uint32_t>(tile_row_)};
+  encoded.is_constant = is_constant(tile);
+  const bool is_bc1 = format_ == TexelFormat::kBc1;
+  const auto edge = static_cast<std::size_t>(encoded.is_constant ? 4 : tile_texels_);
+
+  if (encoded.is_constant && !is_bc1) {
+    encoded.constant_block.assign(tile.texels.begin(), tile.texels.begin() + static_cast<std::ptrdiff_t>(texel_bytes_));
+    return encoded;
+  }
+  if (!is_bc1) {
+    VT_ASSIGN(encoded.payload, store::encode_payload(tile.texels, compression_));
+    return encoded;
+  }
+  std::vector<std::byte> blocks(payload_bytes(format_info(TexelFormat::kBc1), edge, edge));
+  encode_bc1_image(tile.texels, edge, edge, static_cast<std::size_t>(tile_texels_) * texel_bytes_, texel_bytes_, blocks);
+  if (encoded.is_constant) {
+    encoded.constant_block = std::move(blocks);
+    return encoded;
+  }
+  VT_ASSIGN(encoded.payload, store::encode_payload(blocks, compression_));
+  return encoded;
+}
+
+}  // namespace vt::encode

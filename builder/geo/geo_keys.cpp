@@ -1,0 +1,412 @@
+#include "builder/geo/geo_keys.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <initializer_list>
+#include <limits>
+#include <string_view>
+
+#include "builder/geo/epsg.h"
+#include "store/result.h"
+
+namespace vt::geo {
+namespace {
+
+// Key numbers, annex of OGC 19-008r4.
+enum Key : std::uint16_t {
+  kModelType = 1024,
+  kRasterType = 1025,
+  kCitation = 1026,
+  kGeographicType = 2048,
+  kGeographicCitation = 2049,
+  kGeodeticDatum = 2050,
+  kPrimeMeridian = 2051,
+  kAngularUnits = 2054,
+  kAngularUnitSize = 2055,
+  kEllipsoid = 2056,
+  kSemiMajorAxis = 2057,
+  kSemiMinorAxis = 2058,
+  kInverseFlattening = 2059,
+  kPrimeMeridianLongitude = 2061,
+  kProjectedType = 3072,
+  kProjectedCitation = 3073,
+  kProjection = 3074,
+  kCoordinateTransform = 3075,
+  kLinearUnits = 3076,
+  kLinearUnitSize = 3077,
+  kNaturalOriginLongitude = 3080,
+  kNaturalOriginLatitude = 3081,
+  kFalseEasting = 3082,
+  kFalseNorthing = 3083,
+  kFalseOriginLongitude = 3084,
+  kFalseOriginLatitude = 3085,
+  kFalseOriginEasting = 3086,
+  kFalseOriginNorthing = 3087,
+  kCenterLongitude = 3088,
+  kCenterLatitude = 3089,
+  kCenterEasting = 3090,
+  kCenterNorthing = 3091,
+  kScaleAtNaturalOrigin = 3092,
+  kScaleAtCenter = 3093,
+};
+
+constexpr int kUserDefined = 32767;
+constexpr int kModelProjected = 1;
+constexpr int kModelGeographic = 2;
+constexpr int kModelGeocentric = 3;
+constexpr int kPixelIsPoint = 2;
+constexpr int kGreenwich = 8901;
+constexpr int kTransverseMercatorMethod = 1;
+constexpr std::uint16_t kDoubleTag = 34736;
+constexpr std::uint16_t kAsciiTag = 34737;
+constexpr const char* kPixelCitation = "pixel coordinates";
+
+constexpr const char* kRemedy = "say what it is with --crs EPSG:nnnn";
+
+// Free text from a file goes into messages and JSON: printable ASCII only.
+std::string cleaned(std::string_view text) {
+  std::string result(text.substr(0, 200));
+  for (char& c : result) {
+    if (c < ' ' || c > '~') c = c == '\n' || c == '\t' ? ' ' : '?';
+  }
+  while (!result.empty() && (result.back() == ' ' || result.back() == '|' || result.back() == '?')) result.pop_back();
+  return result;
+}
+
+// "GCS Name = A|Datum = B|Ellipsoid = C": the value of one field, empty when the text is not of that kind.
+std::string citation_field(std::string_view text, std::string_view name) {
+  for (std::size_t begin = 0; begin < text.size();) {
+    const std::size_t end = std::min(text.find('|', begin), text.size());
+    const std::string_view field = text.substr(begin, end - begin);
+    if (field.starts_with(name) && field.substr(name.size()).starts_with(" = ")) return std::string(field.substr(name.size() + 3));
+    begin = end + 1;
+  }
+  return {};
+}
+
+class Keys {
+ public:
+  explicit Keys(const GeoKeyTags& tags) : tags_(tags) {
+    if (tags.directory.size() < 4) return;
+    count_ = std::min<std::size_t>(tags.directory[3], (tags.directory.size() - 4) / 4);
+  }
+
+  [[nodiscard]] bool empty() const { return count_ == 0; }
+
+  [[nodiscard]] std::optional<int> code(Key key) const {
+    const auto entry = find(key);
+    if (!entry || entry->location != 0 || entry->count > 1) return std::nullopt;
+    return entry->value;
+  }
+
+  [[nodiscard]] std::optional<double> number(Key key) const {
+    const auto entry = find(key);
+    if (!entry) return std::nullopt;
+    if (entry->location == 0) return entry->value;
+    if (entry->location != kDoubleTag || entry->count < 1 || entry->value >= tags_.doubles.size()) return std::nullopt;
+    const double value = tags_.doubles[entry->value];
+    if (!std::isfinite(value)) return std::nullopt;
+    return value;
+  }
+  [[nodiscard]] std::optional<double> first_number(std::initializer_list<Key> keys) const {
+    for (const Key key : keys) {
+      if (const auto value = number(key)) return value;
+    }
+    return std::nullopt;
+  }
+
+  [[nodiscard]] std::string text(Key key) const {
+    const auto entry = find(key);
+    if (!entry || entry->location != kAsciiTag || entry->value > tags_.ascii.size()) return {};
+    return cleaned(std::string_view(tags_.ascii).substr(entry->value, entry->count));
+  }
+
+ private:
+  struct Entry {
+    std::uint16_t location;
+    std::uint16_t count;
+    std::uint16_t value;  // the value itself, or an index into the tag `location`
+  };
+  [[nodiscard]] std::optional<Entry> find(Key key) const {
+    for (std::size_t i = 0; i < count_; ++i) {
+      const std::uint16_t* entry = tags_.directory.data() + 4 + 4 * i;
+      if (entry[0] == key) return Entry{entry[1], entry[2], entry[3]};
+    }
+    return std::nullopt;
+  }
+
+  const GeoKeyTags& tags_;
+  std::size_t count_ = 0;
+};
+
+tl::unexpected<Error> refuse(std::string what) { return fail(ErrorCode::kUnsupported, fmt::format("{}; {}", what, kRemedy)); }
+
+Result<double> degrees_per_angle(const Keys& keys) {
+  const int code = keys.code(kAngularUnits).value_or(9102);
+  if (code == kUserDefined) {
+    const double radians = keys.number(kAngularUnitSize).value_or(0.0);
+    if (!(radians > 0.0)) return refuse("the GeoKeys define an angular unit of their own without a usable size (key 2055)");
+    const double degrees = radians * 57.295779513082320877;
+    return std::abs(degrees - 1.0) < 1e-8 ? 1.0 : degrees;  // pi / 180 is written with few digits at times
+  }
+  const auto degrees = degrees_from_angle_unit(code);
+  if (!degrees) return refuse(fmt::format("GeoKey 2054 names angular unit {}, which this program does not know", code));
+  return *degrees;
+}
+
+// metres; a file that names no unit means metres.
+Result<double> metres_per_length(const Keys& keys, double fallback) {
+  const int code = keys.code(kLinearUnits).value_or(0);
+  if (code == 0) return fallback;
+  if (code == kUserDefined) {
+    const double metres = keys.number(kLinearUnitSize).value_or(1.0);
+    if (!(metres > 0.0)) return refuse("GeoKey 3077 gives a coordinate unit without size");
+    return metres;
+  }
+  const auto metres = metres_from_length_unit(code);
+  if (!metres) return refuse(fmt::format("GeoKey 3076 names length unit {}, which this program does not know", code));
+  return *metres;
+}
+
+// The geographic CRS underneath: by code, or put together from datum and ellipsoid keys.
+Result<CrsDefinition> geographic_base(const Keys& keys) {
+  const bool other_meridian = keys.code(kPrimeMeridian).value_or(kGreenwich) != kGreenwich || keys.number(kPrimeMeridianLongitude).value_or(0.0) != 0.0;
+  if (other_meridian) return refuse("longitudes count from a prime meridian other than Greenwich (GeoKeys 2051, 2061)");
+
+  const int code = keys.code(kGeographicType).value_or(kUserDefined);
+  if (code != kUserDefined && code != 0) {
+    auto registered = definition_from_epsg(code);
+    if (!registered || registered->projection != Projection::kGeographic) {
+      return refuse(fmt::format("GeoKey 2048 names geographic CRS EPSG:{}, which this program does not know", code));
+    }
+    return *std::move(registered);
+  }
+
+  CrsDefinition base;
+  base.projection = Projection::kGeographic;
+  const std::string citation = keys.text(kGeographicCitation);
+  const std::string named = citation_field(citation, "GCS Name");
+  base.datum = named.empty() ? citation : named;
+  bool ellipsoid_known = false;
+  if (const auto registered = geographic_from_datum(keys.code(kGeodeticDatum).value_or(0))) {
+    base.datum = registered->datum;
+    base.datum_epsg = registered->datum_epsg;
+    base.ellipsoid = registered->ellipsoid;
+    ellipsoid_known = true;
+  }
+  if (const auto registered = ellipsoid_from_epsg(keys.code(kEllipsoid).value_or(0))) {
+    base.ellipsoid = *registered;
+    ellipsoid_known = true;
+  }
+  const auto semi_major_m = keys.number(kSemiMajorAxis);
+  const auto semi_minor_m = keys.number(kSemiMinorAxis);
+  const auto inverse_flattening = keys.number(kInverseFlattening);
+  if (semi_major_m && !ellipsoid_known && (semi_minor_m || inverse_flattening)) {
+    const std::string name = citation_field(citation, "Ellipsoid");
+    base.ellipsoid.name = name.empty() ? "user-defined" : name;
+    base.ellipsoid.semi_major_m = *semi_major_m;
+    if (inverse_flattening) {
+      base.ellipsoid.inverse_flattening = *inverse_flattening;
+    } else {
+      base.ellipsoid.inverse_flattening = *semi_major_m == *semi_minor_m ? 0.0 : *semi_major_m / (*semi_major_m - *semi_minor_m);
+    }
+    ellipsoid_known = true;
+  }
+  if (!ellipsoid_known) return refuse("the GeoKeys name neither a known geographic CRS nor a datum nor an ellipsoid");
+  base.name = base.datum;
+  return base;
+}
+
+Result<CrsDefinition> geographic_crs(const Keys& keys) {
+  VT_ASSIGN(CrsDefinition definition, geographic_base(keys));
+  VT_ASSIGN(const double degrees, degrees_per_angle(keys));
+  if (degrees != 1.0) return refuse(fmt::format("coordinates are angles in a unit of {} degree, not degrees", degrees));
+  return definition;
+}
+
+// Universal transverse Mercator by projection code: 16001..16060 north, 16101..16160 south.
+bool set_utm_zone(int projection_code, CrsDefinition& definition) {
+  const bool south = projection_code > 16100;
+  const int zone = projection_code - (south ? 16100 : 16000);
+  if (projection_code < 16001 || zone < 1 || zone > 60) return false;
+  definition.latitude_of_origin_deg = 0.0;
+  definition.central_meridian_deg = 6.0 * zone - 183.0;
+  definition.scale_factor = 0.9996;
+  definition.false_easting_m = 500000.0;
+  definition.false_northing_m = south ? 10000000.0 : 0.0;
+  return true;
+}
+
+Result<CrsDefinition> user_defined_projection(const Keys& keys) {
+  const int projection = keys.code(kProjection).value_or(kUserDefined);
+  const int method = keys.code(kCoordinateTransform).value_or(0);
+  const bool is_utm = projection != kUserDefined && projection > 16000 && projection <= 16160;
+  if (!is_utm && method != kTransverseMercatorMethod) {
+    return refuse(projection != kUserDefined && projection != 0
+                      ? fmt::format("GeoKey 3074 names projection {}, which this program does not know (it knows transverse Mercator)", projection)
+                      : fmt::format("GeoKey 3075 names projection method {}; this program reads transverse Mercator (1)", method));
+  }
+  VT_ASSIGN(CrsDefinition definition, geographic_base(keys));
+  definition.projection = Projection::kTransverseMercator;
+  definition.epsg = 0;
+  VT_ASSIGN(definition.metres_per_unit, metres_per_length(keys, 1.0));
+  const std::string projected_citation = keys.text(kProjectedCitation);
+  const std::string citation = keys.text(kCitation);
+  definition.name = !citation.empty() ? citation : projected_citation;
+  if (definition.name.empty()) definition.name = definition.datum + " / transverse Mercator";
+  if (is_utm) {
+    if (!set_utm_zone(projection, definition)) return refuse(fmt::format("GeoKey 3074 names projection {}, which is no UTM zone", projection));
+    return definition;
+  }
+  VT_ASSIGN(const double degrees, degrees_per_angle(keys));
+  const auto latitude = keys.first_number({kNaturalOriginLatitude, kFalseOriginLatitude, kCenterLatitude});
+  const auto longitude = keys.first_number({kNaturalOriginLongitude, kFalseOriginLongitude, kCenterLongitude});
+  const auto easting = keys.first_number({kFalseEasting, kFalseOriginEasting, kCenterEasting});
+  const auto northing = keys.first_number({kFalseNorthing, kFalseOriginNorthing, kCenterNorthing});
+  const auto scale = keys.first_number({kScaleAtNaturalOrigin, kScaleAtCenter});
+  if (!longitude) return refuse("a transverse Mercator without a central meridian (GeoKey 3080)");
+  definition.latitude_of_origin_deg = latitude.value_or(0.0) * degrees;
+  definition.central_meridian_deg = *longitude * degrees;
+  definition.scale_factor = scale.value_or(1.0);
+  definition.false_easting_m = easting.value_or(0.0) * definition.metres_per_unit;
+  definition.false_northing_m = northing.value_or(0.0) * definition.metres_per_unit;
+  return definition;
+}
+
+Result<CrsDefinition> projected_crs(const Keys& keys) {
+  const int code = keys.code(kProjectedType).value_or(kUserDefined);
+  if (code == kUserDefined || code == 0) return user_defined_projection(keys);
+  auto definition = definition_from_epsg(code);
+  if (!definition || definition->projection == Projection::kGeographic) {
+    return refuse(fmt::format("GeoKey 3072 names projected CRS EPSG:{}, which this program does not know", code));
+  }
+  VT_ASSIGN(const double metres, metres_per_length(keys, definition->metres_per_unit));
+  if (std::abs(metres - definition->metres_per_unit) > 1e-9 * metres) {  // the same grid counted in another unit
+    definition->metres_per_unit = metres;
+    definition->epsg = 0;
+  }
+  return *std::move(definition);
+}
+
+Result<CrsDefinition> definition_from_keys(const Keys& keys) {
+  const int model = keys.code(kModelType).value_or(0);
+  if (model == kUserDefined && keys.text(kCitation) == kPixelCitation) return Crs().definition();
+  switch (model) {
+    case kModelProjected: return projected_crs(keys);
+    case kModelGeographic: return geographic_crs(keys);
+    case kModelGeocentric: return refuse("coordinates are geocentric (GeoKey 1024 is 3)");
+    case 0: return refuse("the GeoKeys do not say whether coordinates are projected or geographic (key 1024 is missing)");
+    default: return refuse(fmt::format("GeoKey 1024 names model type {}, which is neither projected (1) nor geographic (2)", model));
+  }
+}
+
+// Collects keys in ascending order, as the directory must have them.
+class KeyWriter {
+ public:
+  void code(Key key, int value) { add(key, 0, 1, static_cast<std::uint16_t>(value)); }
+  void number(Key key, double value) {
+    add(key, kDoubleTag, 1, static_cast<std::uint16_t>(tags_.doubles.size()));
+    tags_.doubles.push_back(value);
+  }
+  void text(Key key, const std::string& value) {
+    if (value.empty()) return;
+    add(key, kAsciiTag, static_cast<std::uint16_t>(value.size() + 1), static_cast<std::uint16_t>(tags_.ascii.size()));
+    tags_.ascii += value + '|';
+  }
+  GeoKeyTags finish() {
+    std::ranges::sort(entries_);
+    tags_.directory = {1, 1, 0, static_cast<std::uint16_t>(entries_.size())};
+    for (const auto& entry : entries_) tags_.directory.insert(tags_.directory.end(), entry.begin(), entry.end());
+    return std::move(tags_);
+  }
+
+ private:
+  void add(Key key, std::uint16_t location, std::uint16_t count, std::uint16_t value) { entries_.push_back({key, location, count, value}); }
+
+  std::vector<std::array<std::uint16_t, 4>> entries_;
+  GeoKeyTags tags_;
+};
+
+void write_geographic(const CrsDefinition& d, KeyWriter& keys) {
+  keys.code(kAngularUnits, 9102);
+  keys.number(kSemiMajorAxis, d.ellipsoid.semi_major_m);
+  if (d.ellipsoid.inverse_flattening == 0.0) {
+    keys.number(kSemiMinorAxis, d.ellipsoid.semi_major_m);
+  } else {
+    keys.number(kInverseFlattening, d.ellipsoid.inverse_flattening);
+  }
+  if (d.projection == Projection::kGeographic && d.epsg != 0) {
+    keys.code(kGeographicType, d.epsg);
+  } else if (d.datum_epsg != 0) {
+    keys.code(kGeographicType, d.datum_epsg);
+  } else {
+    keys.code(kGeographicType, kUserDefined);
+    keys.code(kGeodeticDatum, kUserDefined);
+    keys.code(kEllipsoid, kUserDefined);
+    const std::string datum = cleaned(d.datum);
+    keys.text(kGeographicCitation, fmt::format("GCS Name = {}|Datum = {}|Ellipsoid = {}|Primem = Greenwich", datum, datum, cleaned(d.ellipsoid.name)));
+    return;
+  }
+  keys.text(kGeographicCitation, cleaned(d.datum));
+}
+
+}  // namespace
+
+GeoKeyMeaning crs_from_geo_keys(const GeoKeyTags& tags) {
+  GeoKeyMeaning meaning;
+  const Keys keys(tags);
+  meaning.pixel_is_point = keys.code(kRasterType) == kPixelIsPoint;
+  if (keys.empty()) {
+    if (!tags.directory.empty()) meaning.problem = fmt::format("the GeoKey directory (tag 34735) holds no complete key; {}", kRemedy);
+    return meaning;
+  }
+  auto definition = definition_from_keys(keys);
+  if (!definition) {
+    meaning.problem = std::move(definition).error().message;
+    return meaning;
+  }
+  meaning.crs.emplace(*std::move(definition));
+  return meaning;
+}
+
+GeoKeyTags geo_keys_from_crs(const Crs& crs) {
+  const CrsDefinition& d = crs.definition();
+  KeyWriter keys;
+  keys.code(kRasterType, 1);
+  switch (d.projection) {
+    case Projection::kPixel:
+      keys.code(kModelType, kUserDefined);
+      keys.text(kCitation, kPixelCitation);
+      break;
+    case Projection::kGeographic:
+      keys.code(kModelType, kModelGeographic);
+      write_geographic(d, keys);
+      break;
+    case Projection::kTransverseMercator:
+    case Projection::kWebMercator: {
+      keys.code(kModelType, kModelProjected);
+      keys.text(kCitation, cleaned(d.name));
+      write_geographic(d, keys);
+      const int unit = length_unit_code(d.metres_per_unit);
+      keys.code(kLinearUnits, unit == 0 ? kUserDefined : unit);
+      if (unit == 0) keys.number(kLinearUnitSize, d.metres_per_unit);
+      const bool by_code = d.epsg != 0 || d.projection == Projection::kWebMercator;
+      keys.code(kProjectedType, by_code ? (d.epsg != 0 ? d.epsg : 3857) : kUserDefined);
+      if (by_code) break;
+      keys.code(kProjection, kUserDefined);
+      keys.code(kCoordinateTransform, kTransverseMercatorMethod);
+      keys.number(kNaturalOriginLongitude, d.central_meridian_deg);
+      keys.number(kNaturalOriginLatitude, d.latitude_of_origin_deg);
+      keys.number(kFalseEasting, d.false_easting_m / d.metres_per_unit);
+      keys.number(kFalseNorthing, d.false_northing_m / d.metres_per_unit);
+      keys.number(kScaleAtNaturalOrigin, d.scale_factor);
+      break;
+    }
+  }
+  return keys.finish();
+}
+
+}  // namespace vt::geo

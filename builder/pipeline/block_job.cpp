@@ -1,0 +1,190 @@
+#include "builder/pipeline/block_job.h"
+
+#include <algorithm>
+#include <cstring>
+#include <optional>
+
+namespace vt::pipeline {
+namespace {
+
+constexpr std::int64_t kChunkRows = 32;  // source rows decoded at once; they stay in the second-level cache
+
+}  // namespace
+
+// Takes finished rows from the cascade: texel levels into bands of tiles, the level above them into the carry tile.
+class BlockJob::Output final : public pyramid::RowSink {
+ public:
+  Output(BlockJob& job, const Tier& tier, TileId carry_tile, const pyramid::BlockCascade& cascade, bool base_passes_texels)
+      : job_(job), carry_tile_(carry_tile), outputs_(tier.outputs), base_passes_texels_(base_passes_texels) {
+    const LayerInfo& info = job.plan_.info;
+    for (int k = 0; k < tier.outputs; ++k)
+      bands_.emplace_back(info, job.plan_.sampler->codec(), job.plan_.compression, Level{static_cast<std::uint8_t>(tier.base.value - k)},
+                          cascade.level(k).core);
+    if (tier.has_carry) {
+      const std::size_t edge = info.tile_texels();
+      carry_.assign(edge * edge * static_cast<std::size_t>(carry_floats()), 0.0F);
+      carry_core_ = cascade.level(tier.outputs).core;
+    }
+  }
+
+  void row(int k, std::int64_t y, const channels::RowNeighbourhood& rows) override {
+    if (!status_) return;
+    if (k == outputs_) {
+      keep_carry_row(y, rows.here);
+    } else if (k > 0 || !base_passes_texels_) {
+      bands_[static_cast<std::size_t>(k)].add_row(y, rows);
+      store_finished(k);
+    }
+  }
+
+  void base_texels(std::int64_t y, const std::byte* texels, const float* weights) {
+    if (!status_) return;
+    bands_[0].add_texels(y, texels, weights);
+    store_finished(0);
+  }
+
+  [[nodiscard]] const Result<void>& status() const { return status_; }
+
+  // The carry tile comes last: its presence says that the whole block is in the store.
+  [[nodiscard]] Result<void> finish() {
+    VT_CHECK(status_);
+    if (carry_.empty()) return {};
+    const auto floats = static_cast<std::size_t>(carry_floats());
+    const auto raw = std::as_bytes(std::span(carry_));
+    encode::EncodedTile tile;
+    tile.tile = carry_tile_;
+    tile.is_constant = std::memcmp(raw.data(), raw.data() + floats * sizeof(float), raw.size() - floats * sizeof(float)) == 0;
+    if (tile.is_constant) {
+      tile.constant_block.assign(raw.begin(), raw.begin() + static_cast<std::ptrdiff_t>(floats * sizeof(float)));
+    } else {
+      VT_ASSIGN(tile.payload, store::encode_payload(raw, {store::Codec::kZstd, 1}));
+    }
+    return job_.store_.put(job_.ids_.carry, tile);
+  }
+
+ private:
+  [[nodiscard]] int carry_floats() const { return format_info(job_.plan_.sampler->codec().carry_format()).channels; }
+
+  void keep_carry_row(std::int64_t y, const channels::ConstPlaneRow& row) {
+    const std::int64_t edge = job_.plan_.info.tile_texels();
+    const auto floats = carry_floats();
+    float* out = carry_.data() + ((y & (edge - 1)) * edge + (carry_core_.x & (edge - 1))) * floats;
+    for (std::int64_t x = 0; x < carry_core_.width; ++x)
+      for (int p = 0; p < floats; ++p) *out++ = row[static_cast<std::size_t>(p)][x];
+  }
+
+  void store_finished(int k) {
+    auto finished = bands_[static_cast<std::size_t>(k)].take_finished();
+    if (!finished) {
+      status_ = tl::unexpected(finished.error());
+      return;
+    }
+    for (const encode::EncodedTile& tile : *finished) {
+      status_ = job_.store_.put(job_.ids_.texture, tile);
+      if (!status_) return;
+    }
+  }
+
+  BlockJob& job_;
+  TileId carry_tile_;
+  int outputs_;
+  bool base_passes_texels_;
+  std::vector<encode::TileBand> bands_;
+  std::vector<float> carry_;
+  TexelRect carry_core_;
+  Result<void> status_;
+};
+
+BlockJob::BlockJob(const LayerPlan& plan, LayerIds ids, TileStore& store) : plan_(plan), ids_(ids), store_(store) {}
+
+Result<void> BlockJob::run(const Tier& tier, bool first_tier, std::int64_t index, const std::function<void(std::uint64_t)>& progress,
+                           const std::atomic<bool>* cancel) {
+  const channels::ChannelCodec& codec = plan_.sampler->codec();
+  pyramid::BlockCascade cascade(pyramid::plan_block(tier.block(index), tier.data, tier.outputs, tier.has_carry, plan_.kernel), codec.planes(),
+                                plan_.kernel);
+  Output output(*this, tier, tier.has_carry ? tier.carry_tile(index) : TileId{}, cascade, first_tier && plan_.sampler->passes_texels());
+  if (first_tier) {
+    VT_CHECK(feed_from_sources(cascade, output, progress, cancel));
+  } else {
+    VT_CHECK(feed_from_carry(tier, cascade, output));
+  }
+  return output.finish();
+}
+
+Result<void> BlockJob::feed_from_sources(pyramid::BlockCascade& cascade, Output& output, const std::function<void(std::uint64_t)>& progress,
+                                         const std::atomic<bool>* cancel) {
+  const TexelRect active = cascade.level(0).active;
+  const TexelRect core = cascade.level(0).core;
+  const TexelRect& data = plan_.info.data;
+  const auto weight_plane = static_cast<std::size_t>(plan_.sampler->codec().weight_plane());
+  for (std::int64_t y = active.y; y < active.bottom();) {
+    if (cancel != nullptr && cancel->load(std::memory_order_relaxed)) return fail(ErrorCode::kCancelled, "stopped");
+    // Chunks end on multiples of their height, so that neighbouring blocks ask the source for the same rows.
+    const std::int64_t end = std::min((y / kChunkRows + 1) * kChunkRows, active.bottom());
+    VT_CHECK(plan_.sampler->load({active.x - data.x, y - data.y, active.width, end - y}, chunk_));
+    for (std::int64_t row = y; row < end; ++row) {
+      const channels::PlaneRow planes = cascade.begin_row();
+      const bool opaque = chunk_.decode_row(row - y, planes);
+      const std::byte* texels = chunk_.texel_row(row - y);
+      if (plan_.sampler->passes_texels() && row >= core.y && row < core.bottom()) {
+        const std::int64_t west = core.x - active.x;
+        const auto texel_bytes = static_cast<std::int64_t>(format_info(plan_.sampler->codec().texel_format()).block_bytes);
+        output.base_texels(row, texels + west * texel_bytes, opaque ? nullptr : planes[weight_plane] + west);
+      }
+      cascade.end_row(opaque, output);
+    }
+    VT_CHECK(output.status());
+    const std::int64_t core_rows = intersect(core, {core.x, y, 1, end - y}).height;
+    progress(static_cast<std::uint64_t>(core_rows * core.width));
+    y = end;
+  }
+  return {};
+}
+
+Result<void> BlockJob::load_carry_band(const Tier& tier, std::int64_t tile_row, const TexelRect& active) {
+  const int exponent = plan_.info.tile_exponent;
+  const std::int64_t first = active.x >> exponent;
+  const std::int64_t last = (active.right() - 1) >> exponent;
+  const std::size_t edge = plan_.info.tile_texels();
+  const auto floats = static_cast<std::size_t>(format_info(plan_.sampler->codec().carry_format()).channels);
+  carry_band_.resize(static_cast<std::size_t>(last - first + 1));
+  for (std::int64_t column = first; column <= last; ++column) {
+    std::vector<float>& tile = carry_band_[static_cast<std::size_t>(column - first)];
+    tile.resize(edge * edge * floats);
+    VT_CHECK(store_.read(ids_.carry, {tier.base, static_cast<std::uint32_t>(column), static_cast<std::uint32_t>(tile_row)},
+                         std::as_writable_bytes(std::span(tile))));
+  }
+  return {};
+}
+
+Result<void> BlockJob::feed_from_carry(const Tier& tier, pyramid::BlockCascade& cascade, Output& output) {
+  const TexelRect active = cascade.level(0).active;
+  const int exponent = plan_.info.tile_exponent;
+  const std::int64_t edge = plan_.info.tile_texels();
+  const auto floats = static_cast<std::int64_t>(format_info(plan_.sampler->codec().carry_format()).channels);
+  const auto weight_plane = static_cast<std::size_t>(plan_.sampler->codec().weight_plane());
+  std::optional<std::int64_t> loaded_row;
+  for (std::int64_t y = active.y; y < active.bottom(); ++y) {
+    if (loaded_row != y >> exponent) {
+      loaded_row = y >> exponent;
+      VT_CHECK(load_carry_band(tier, *loaded_row, active));
+    }
+    const channels::PlaneRow planes = cascade.begin_row();
+    bool opaque = true;
+    for (std::int64_t x = active.x; x < active.right();) {
+      const std::int64_t column = x >> exponent;
+      const std::int64_t end = std::min((column + 1) << exponent, active.right());
+      const float* from = carry_band_[static_cast<std::size_t>(column - (active.x >> exponent))].data() +
+                          ((y & (edge - 1)) * edge + (x & (edge - 1))) * floats;
+      for (; x < end; ++x, from += floats) {
+        for (std::int64_t p = 0; p < floats; ++p) planes[static_cast<std::size_t>(p)][x - active.x] = from[p];
+        opaque = opaque && from[weight_plane] == 1.0F;
+      }
+    }
+    cascade.end_row(opaque, output);
+    VT_CHECK(output.status());
+  }
+  return {};
+}
+
+}  // namespace vt::pipeline

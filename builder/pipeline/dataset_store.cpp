@@ -1,0 +1,37 @@
+#include "builder/pipeline/dataset_store.h"
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+#include "store/store_reader.h"
+
+namespace vt::pipeline {
+
+Result<std::optional<DatasetFrame>> existing_frame(const std::filesystem::path& path) {
+  std::error_code error;
+  const bool exists = std::filesystem::exists(path, error);
+  if (error) return fail(ErrorCode::kIo, path.string() + ": " + error.message());
+  if (!exists) return std::optional<DatasetFrame>{};
+  VT_ASSIGN(const store::StoreReader reader, store::StoreReader::open(path));
+  const auto metadata = nlohmann::json::parse(reader.description().metadata_json, nullptr, false);
+  if (!metadata.is_object() || !metadata.contains("crs"))
+    return fail(ErrorCode::kInvalidData, path.string() + ": the store's metadata name no coordinate reference system, so nothing can be placed in it");
+  auto crs = geo::Crs::from_json(metadata["crs"]);
+  if (!crs) return fail(crs.error().code, path.string() + ": metadata /crs: " + crs.error().message);
+  return DatasetFrame{*crs, reader.description().area};
+}
+
+Result<store::StoreWriter> open_or_create(const std::filesystem::path& path, const geo::Crs& crs, const Area& area) {
+  std::error_code error;
+  if (std::filesystem::exists(path, error)) return store::StoreWriter::open(path);
+  nlohmann::ordered_json metadata;
+  metadata["crs"] = crs.to_json();
+  metadata["created_by"] = "vtbuild " VT_VERSION;
+  return store::StoreWriter::create(path, {area, metadata.dump()});
+}
+
+Area united(const Area& a, const Area& b) {
+  return {std::min(a.west, b.west), std::min(a.south, b.south), std::max(a.east, b.east), std::max(a.north, b.north)};
+}
+
+}  // namespace vt::pipeline

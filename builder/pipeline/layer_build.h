@@ -1,0 +1,39 @@
+// Carries out a plan: blocks on all cores, tiles into the store, checkpoints on the way. A build that was interrupted goes on where its last checkpoint
+// left it when the same plan is built again; the tiles are the same bytes at any thread count, block size or number of interruptions.
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <functional>
+
+#include "builder/pipeline/layer_plan.h"
+#include "store/store_writer.h"
+
+namespace vt::pipeline {
+
+struct BuildOptions {
+  int threads = 0;                                  // 0: as many as the machine has
+  std::size_t memory_bytes = std::size_t{512} << 20;
+  int block_levels = 0;                             // 0: chosen from the memory; a block spans 2^block_levels tiles along an edge
+  double checkpoint_seconds = 10.0;                 // at most this much work is lost when the process is killed
+  std::function<void(std::uint64_t done_texels, std::uint64_t total_texels)> progress;  // from any thread
+  const std::atomic<bool>* cancel = nullptr;        // becomes true: commit what is done and return kCancelled
+};
+
+struct BuildReport {
+  bool was_complete = false;         // nothing to do
+  std::int64_t blocks_built = 0;
+  std::int64_t blocks_resumed = 0;   // found in the store from an earlier run
+  std::uint64_t base_texels = 0;     // of the data at the finest level
+  std::uint64_t tiles = 0;
+  std::uint64_t constant_tiles = 0;
+  std::uint64_t stored_bytes = 0;
+  int block_levels = 0;
+  double seconds = 0.0;
+};
+
+// The writer is used by this call alone until it returns, and is left committed on success and on kCancelled.
+// kExists: the store has a layer of that name built from other settings. kIo: the store stays at its last checkpoint.
+[[nodiscard]] Result<BuildReport> build_layer(store::StoreWriter& writer, const LayerPlan& plan, const BuildOptions& options);
+
+}  // namespace vt::pipeline

@@ -1,0 +1,135 @@
+#include "builder/pipeline/scene_file.h"
+
+#include <cerrno>
+#include <cstring>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <sstream>
+#include <valijson/adapters/nlohmann_json_adapter.hpp>
+#include <valijson/schema.hpp>
+#include <valijson/schema_parser.hpp>
+#include <valijson/validation_results.hpp>
+#include <valijson/validator.hpp>
+
+#include "builder/pipeline/embedded_schemas.h"
+
+namespace vt::pipeline {
+namespace {
+
+using nlohmann::json;
+
+// "[layers][0][channel]" of the validator as "/layers/0/channel".
+std::string json_pointer(const std::vector<std::string>& context) {
+  std::string pointer;
+  for (const std::string& part : context) {
+    if (part == "<root>") continue;
+    pointer += '/';
+    for (char c : part)
+      if (c != '[' && c != ']') pointer += c;
+  }
+  return pointer.empty() ? "/" : pointer;
+}
+
+Area area_from(const json& value) {
+  return {value.at("west").get<double>(), value.at("south").get<double>(), value.at("east").get<double>(), value.at("north").get<double>()};
+}
+
+Result<SourceRequest> source_from(const json& value, const std::filesystem::path& folder) {
+  SourceRequest source;
+  if (value.is_string()) {
+    source.path = folder / value.get<std::string>();
+    return source;
+  }
+  source.path = folder / value.at("file").get<std::string>();
+  if (value.contains("crs")) {
+    VT_ASSIGN(source.crs, geo::Crs::from_text(value["crs"].get<std::string>()));
+  }
+  if (value.contains("extent")) {
+    const json& e = value["extent"];
+    source.extent = Area{e[0].get<double>(), e[1].get<double>(), e[2].get<double>(), e[3].get<double>()};
+  }
+  if (value.contains("nodata")) source.nodata = value["nodata"].get<double>();
+  if (value.contains("bands")) source.bands = value["bands"].get<std::vector<int>>();
+  return source;
+}
+
+Result<LayerRequest> layer_from(const json& value, const Scene& scene, const std::filesystem::path& folder, const std::string& where) {
+  LayerRequest layer;
+  layer.name = value.at("name").get<std::string>();
+  const auto channel = channel_from_name(value.at("channel").get<std::string>());
+  if (!channel) return fail(ErrorCode::kInvalidData, where + "/channel: unknown channel '" + value.at("channel").get<std::string>() + "'");
+  layer.channel = *channel;
+  for (const json& source : value.at("sources")) {
+    VT_ASSIGN(SourceRequest request, source_from(source, folder));
+    layer.sources.push_back(std::move(request));
+  }
+  if (value.contains("format")) {
+    layer.format = format_from_name(value["format"].get<std::string>());
+    if (!layer.format) return fail(ErrorCode::kInvalidData, where + "/format: unknown texel format '" + value["format"].get<std::string>() + "'");
+  }
+  layer.kernel = value.value("kernel", layer.kernel);
+  layer.compression = value.value("compression", layer.compression);
+  layer.tile_texels = value.value("tile", layer.tile_texels);
+  if (value.contains("gsd")) layer.gsd_m = value["gsd"].get<double>();
+  if (value.contains("range")) layer.range = std::array<double, 2>{value["range"][0].get<double>(), value["range"][1].get<double>()};
+  layer.crs = scene.crs;
+  return layer;
+}
+
+}  // namespace
+
+Result<void> check_against_dataset_schema(const json& document, const std::string& where) {
+  try {
+    const json schema_document = json::parse(kDatasetSchema);
+    valijson::Schema schema;
+    valijson::SchemaParser(valijson::SchemaParser::kDraft7).populateSchema(valijson::adapters::NlohmannJsonAdapter(schema_document), schema);
+    valijson::ValidationResults results;
+    valijson::Validator validator;
+    if (validator.validate(schema, valijson::adapters::NlohmannJsonAdapter(document), &results)) return {};
+    // The deepest place is the one that a person can act on; outer ones only repeat that something inside is wrong.
+    valijson::ValidationResults::Error error;
+    valijson::ValidationResults::Error deepest;
+    while (results.popError(error))
+      if (error.context.size() >= deepest.context.size()) deepest = error;
+    return fail(ErrorCode::kInvalidData, where + ": at " + json_pointer(deepest.context) + ": " + deepest.description +
+                                             " See schemas/dataset.schema.json for what is accepted.");
+  } catch (const std::exception& e) {
+    return fail(ErrorCode::kInternal, where + ": the dataset schema could not be applied: " + e.what());
+  }
+}
+
+Result<Scene> read_scene(const std::filesystem::path& path) {
+  std::ifstream file(path);
+  if (!file) return fail(ErrorCode::kIo, path.string() + ": cannot be opened: " + std::strerror(errno));
+  std::stringstream text;
+  text << file.rdbuf();
+  if (file.bad() || text.bad()) return fail(ErrorCode::kIo, path.string() + ": cannot be read");
+
+  json document;
+  try {
+    document = json::parse(text.str());
+  } catch (const json::parse_error& e) {
+    return fail(ErrorCode::kInvalidData, path.string() + ": not valid JSON at byte " + std::to_string(e.byte) + ": " + e.what());
+  }
+  VT_CHECK(check_against_dataset_schema(document, path.string()));
+
+  Scene scene;
+  scene.name = document.value("name", path.stem().string());
+  if (document.contains("crs")) {
+    auto crs = geo::Crs::from_text(document["crs"].get<std::string>());
+    if (!crs) return fail(crs.error().code, path.string() + ": at /crs: " + crs.error().message);
+    scene.crs = *crs;
+  }
+  if (document.contains("area")) scene.area = area_from(document["area"]);
+  std::size_t index = 0;
+  for (const json& layer : document.at("layers")) {
+    const std::string where = path.string() + ": at /layers/" + std::to_string(index++);
+    VT_ASSIGN(LayerRequest request, layer_from(layer, scene, path.parent_path(), where));
+    for (const LayerRequest& other : scene.layers)
+      if (other.name == request.name) return fail(ErrorCode::kInvalidData, where + "/name: '" + request.name + "' is used twice");
+    scene.layers.push_back(std::move(request));
+  }
+  return scene;
+}
+
+}  // namespace vt::pipeline

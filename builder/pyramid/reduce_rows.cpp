@@ -1,0 +1,95 @@
+#include "builder/pyramid/reduce_rows.h"
+
+// Highway compiles this file once for each CPU target and chooses at run time.
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "builder/pyramid/reduce_rows.cpp"
+#include <hwy/foreach_target.h>  // must come before highway.h
+#include <hwy/highway.h>
+
+HWY_BEFORE_NAMESPACE();
+namespace vt::pyramid::HWY_NAMESPACE {
+namespace hn = hwy::HWY_NAMESPACE;
+
+// Sum over symmetric pairs; `load(t)` gives the vector under tap t. Add and Mul, never MulAdd: a fused one rounds once and exists on some CPUs only.
+template <int kTaps, class D, class Load>
+HWY_INLINE hn::Vec<D> weighted_pairs(D d, const HalvingKernel& kernel, const Load& load) {
+  auto sum = hn::Mul(hn::Set(d, kernel.weight[0]), hn::Add(load(0), load(kTaps - 1)));
+  for (int t = 1; t < kTaps / 2; ++t)
+    sum = hn::Add(sum, hn::Mul(hn::Set(d, kernel.weight[static_cast<std::size_t>(t)]), hn::Add(load(t), load(kTaps - 1 - t))));
+  return sum;
+}
+
+template <int kTaps>
+void combine(const float* const* rows, const HalvingKernel& kernel, std::size_t count, float* out) {
+  const hn::ScalableTag<float> d;
+  const std::size_t lanes = hn::Lanes(d);
+  std::size_t i = 0;
+  for (; i + lanes <= count; i += lanes)
+    hn::StoreU(weighted_pairs<kTaps>(d, kernel, [&](int t) { return hn::LoadU(d, rows[t] + i); }), d, out + i);
+  const hn::CappedTag<float, 1> one;
+  for (; i < count; ++i) hn::StoreU(weighted_pairs<kTaps>(one, kernel, [&](int t) { return hn::LoadU(one, rows[t] + i); }), one, out + i);
+}
+
+// De-interleaves first, so that every tap is a plain load: fine texel 2i + o is even[i + o/2] or odd[i + (o-1)/2].
+template <int kTaps>
+void halve(const float* row, const HalvingKernel& kernel, std::size_t count, float* scratch, float* out) {
+  constexpr int kReach = kTaps / 2 - 1;
+  constexpr std::size_t kMargin = (kReach + 1) / 2;  // coarse positions beyond each end that the taps touch
+  const hn::ScalableTag<float> d;
+  const std::size_t lanes = hn::Lanes(d);
+  const std::size_t pairs = count + 2 * kMargin;
+  float* const even = scratch;
+  float* const odd = scratch + pairs + 16;
+  const float* const first = row - 2 * kMargin;
+  std::size_t p = 0;
+  for (; p + lanes <= pairs; p += lanes) {
+    hn::Vec<decltype(d)> e;
+    hn::Vec<decltype(d)> o;
+    hn::LoadInterleaved2(d, first + 2 * p, e, o);
+    hn::StoreU(e, d, even + p);
+    hn::StoreU(o, d, odd + p);
+  }
+  for (; p < pairs; ++p) {
+    even[p] = first[2 * p];
+    odd[p] = first[2 * p + 1];
+  }
+
+  // Tap t lies at offset t - kReach from fine texel 2i.
+  const auto source = [&](int t) -> const float* {
+    const int offset = t - kReach;
+    const bool is_odd = (offset & 1) != 0;
+    const int coarse = is_odd ? (offset - 1) / 2 : offset / 2;  // exact: the numerator is even
+    return (is_odd ? odd : even) + static_cast<std::ptrdiff_t>(kMargin) + coarse;
+  };
+  const float* taps[kTaps];
+  for (int t = 0; t < kTaps; ++t) taps[t] = source(t);
+  combine<kTaps>(taps, kernel, count, out);
+}
+
+void CombineRows(const float* const* rows, const HalvingKernel& kernel, std::size_t count, float* out) {
+  kernel.taps == 2 ? combine<2>(rows, kernel, count, out) : combine<12>(rows, kernel, count, out);
+}
+
+void HalveRow(const float* row, const HalvingKernel& kernel, std::size_t count, float* scratch, float* out) {
+  kernel.taps == 2 ? halve<2>(row, kernel, count, scratch, out) : halve<12>(row, kernel, count, scratch, out);
+}
+
+}  // namespace vt::pyramid::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace vt::pyramid {
+
+HWY_EXPORT(CombineRows);
+HWY_EXPORT(HalveRow);
+
+void combine_rows(const float* const* rows, const HalvingKernel& kernel, std::size_t count, float* out) {
+  HWY_DYNAMIC_DISPATCH(CombineRows)(rows, kernel, count, out);
+}
+
+void halve_row(const float* row, const HalvingKernel& kernel, std::size_t count, float* scratch, float* out) {
+  HWY_DYNAMIC_DISPATCH(HalveRow)(row, kernel, count, scratch, out);
+}
+
+}  // namespace vt::pyramid
+#endif

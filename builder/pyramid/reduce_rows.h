@@ -1,0 +1,21 @@
+// The two inner loops of every overview: a weighted sum of rows, and halving along a row. SIMD with run-time dispatch; products and sums are rounded
+// one by one in one fixed order, so that every CPU and every blocking gives the same bits. Any thread.
+#pragma once
+
+#include <cstddef>
+#include <span>
+
+#include "builder/pyramid/halving_kernel.h"
+
+namespace vt::pyramid {
+
+// out[i] = sum over t of kernel.weight[t] * rows[t][i], taken in symmetric pairs from the outside in: w0 * (r0 + rN) + w1 * (r1 + rN-1) + ...
+// `rows` has kernel.taps pointers. Buffers may be unaligned; `out` overlaps none of them.
+void combine_rows(const float* const* rows, const HalvingKernel& kernel, std::size_t count, float* out);
+
+// out[i] = sum over t of kernel.weight[t] * row[2 * i - kernel.reach() + t], paired in the same way. `row` is readable from -reach() - 1 to
+// 2 * count + reach() + 1. `scratch` holds at least halve_scratch_floats(count) floats.
+void halve_row(const float* row, const HalvingKernel& kernel, std::size_t count, float* scratch, float* out);
+[[nodiscard]] constexpr std::size_t halve_scratch_floats(std::size_t count) { return 2 * (count + 64); }
+
+}  // namespace vt::pyramid

@@ -1,0 +1,308 @@
+#include "builder/source/geotiff_source.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cassert>
+#include <cstring>
+
+#include "builder/source/block_cache.h"
+#include "builder/source/tiff_decoder.h"
+#include "builder/source/tiff_layout.h"
+
+namespace vt::source {
+namespace {
+
+constexpr int kMaxDirectories = 1024;
+constexpr std::int64_t kDirectChunkBytes = std::int64_t{1} << 20;
+
+// From which band of a plane to which place in the output's sample.
+struct BandPick {
+  int from = 0;
+  int to = 0;
+};
+
+template <std::size_t kBytes>
+void gather_samples(const std::byte* in, std::size_t in_stride, std::byte* out, std::size_t out_stride, std::int64_t count,
+                    std::span<const BandPick> picks) {
+  for (const BandPick& pick : picks) {
+    const std::byte* from = in + static_cast<std::size_t>(pick.from) * kBytes;
+    std::byte* to = out + static_cast<std::size_t>(pick.to) * kBytes;
+    for (std::int64_t i = 0; i < count; ++i, from += in_stride, to += out_stride) std::memcpy(to, from, kBytes);
+  }
+}
+
+// What one plane of the file contributes to a read.
+struct PlanePicks {
+  int plane = 0;
+  int plane_bands = 1;
+  std::vector<BandPick> picks;
+  int out_bands = 1;
+  std::size_t bytes = 1;  // of a sample
+
+  // All bands of the plane, in order, and nothing else in the output.
+  [[nodiscard]] bool is_plain_copy() const {
+    if (out_bands != plane_bands || static_cast<int>(picks.size()) != out_bands) return false;
+    return std::ranges::all_of(picks, [](const BandPick& pick) { return pick.from == pick.to; });
+  }
+
+  void copy_row(const std::byte* in, std::byte* out, std::int64_t count) const {
+    const std::size_t in_stride = bytes * static_cast<std::size_t>(plane_bands);
+    const std::size_t out_stride = bytes * static_cast<std::size_t>(out_bands);
+    if (is_plain_copy()) {
+      std::memcpy(out, in, in_stride * static_cast<std::size_t>(count));
+      return;
+    }
+    switch (bytes) {
+      case 1: gather_samples<1>(in, in_stride, out, out_stride, count, picks); break;
+      case 2: gather_samples<2>(in, in_stride, out, out_stride, count, picks); break;
+      case 4: gather_samples<4>(in, in_stride, out, out_stride, count, picks); break;
+      default: gather_samples<8>(in, in_stride, out, out_stride, count, picks); break;
+    }
+  }
+};
+
+std::vector<PlanePicks> picks_by_plane(const TiffLayout& layout, std::span<const int> bands) {
+  std::vector<PlanePicks> planes;
+  for (std::size_t i = 0; i < bands.size(); ++i) {
+    if (bands[i] >= layout.bands) continue;  // the mask's band
+    const int plane = layout.planar_separate ? bands[i] : 0;
+    auto found = std::ranges::find(planes, plane, &PlanePicks::plane);
+    if (found == planes.end()) {
+      planes.push_back(
+          {.plane = plane, .plane_bands = layout.bands_per_plane(), .picks = {}, .out_bands = static_cast<int>(bands.size()), .bytes = sample_bytes(layout.sample_type)});
+      found = planes.end() - 1;
+    }
+    found->picks.push_back({.from = layout.planar_separate ? 0 : bands[i], .to = static_cast<int>(i)});
+  }
+  return planes;
+}
+
+template <class T>
+void put_mask(const std::byte* in, std::int64_t count, std::byte* out, std::size_t stride) {
+  for (std::int64_t i = 0; i < count; ++i, out += stride) {
+    const T value = static_cast<T>(in[i] != std::byte{0} ? 255 : 0);
+    std::memcpy(out, &value, sizeof value);
+  }
+}
+
+void put_mask_row(SampleType type, const std::byte* in, std::int64_t count, std::byte* out, std::size_t stride) {
+  switch (type) {
+    case SampleType::kUint8:
+    case SampleType::kInt8: put_mask<std::uint8_t>(in, count, out, stride); break;
+    case SampleType::kUint16:
+    case SampleType::kInt16: put_mask<std::uint16_t>(in, count, out, stride); break;
+    case SampleType::kUint32:
+    case SampleType::kInt32: put_mask<std::uint32_t>(in, count, out, stride); break;
+    case SampleType::kFloat32: put_mask<float>(in, count, out, stride); break;
+    case SampleType::kFloat64: put_mask<double>(in, count, out, stride); break;
+  }
+}
+
+class GeoTiffSource final : public RasterSource {
+ public:
+  GeoTiffSource(RasterInfo info, std::unique_ptr<TiffDecoder> image, std::unique_ptr<TiffDecoder> mask, std::size_t cache_bytes)
+      : image_(std::move(image)), mask_(std::move(mask)), cache_(cache_bytes) {
+    info_ = std::move(info);
+  }
+
+  Result<void> read(const Window& window, std::span<const int> bands, std::span<std::byte> out, std::size_t row_pitch_bytes) const override {
+    VT_CHECK(check_request(window, bands, out, row_pitch_bytes));
+    for (const PlanePicks& plane : picks_by_plane(image_->layout(), bands)) {
+      VT_CHECK(image_->is_direct() ? read_plane_direct(plane, window, out, row_pitch_bytes) : read_plane(plane, window, out, row_pitch_bytes));
+    }
+    for (std::size_t i = 0; mask_ && i < bands.size(); ++i) {
+      if (bands[i] == image_->layout().bands) VT_CHECK(read_mask(i, bands.size(), window, out, row_pitch_bytes));
+    }
+    return {};
+  }
+
+ private:
+  Result<void> check_request(const Window& window, std::span<const int> bands, std::span<std::byte> out, std::size_t row_pitch_bytes) const {
+    const bool inside = window.x >= 0 && window.y >= 0 && window.width > 0 && window.height > 0 && window.width <= info_.width - window.x &&
+                        window.height <= info_.height - window.y;
+    if (!inside) {
+      return fail(ErrorCode::kUsage, fmt::format("{}: window {},{} {}x{} is not inside the raster of {}x{}", info_.path.string(), window.x, window.y,
+                                                 window.width, window.height, info_.width, info_.height));
+    }
+    for (const int band : bands) {
+      if (band < 0 || band >= info_.bands) {
+        return fail(ErrorCode::kUsage, fmt::format("{}: band {} of {}", info_.path.string(), band, info_.bands));
+      }
+    }
+    const std::size_t row_bytes = static_cast<std::size_t>(window.width) * bands.size() * sample_bytes(info_.sample_type);
+    if (row_pitch_bytes < row_bytes || out.size() < row_pitch_bytes * static_cast<std::size_t>(window.height - 1) + row_bytes) {
+      return fail(ErrorCode::kUsage, fmt::format("{}: the output buffer is too small for the window", info_.path.string()));
+    }
+    return {};
+  }
+
+  std::uint64_t cell_key(const TiffDecoder& decoder, std::int64_t cell_x, std::int64_t cell_y, int plane) const {
+    const std::int64_t index = (plane * decoder.cells_down() + cell_y) * decoder.layout().blocks_across + cell_x;
+    return static_cast<std::uint64_t>(index) << 1 | (&decoder == mask_.get() ? 1U : 0U);
+  }
+
+  Result<BlockPtr> cell(const TiffDecoder& decoder, std::int64_t cell_x, std::int64_t cell_y, int plane) const {
+    return cache_.get(cell_key(decoder, cell_x, cell_y, plane), [&] { return decoder.decode_cell(cell_x, cell_y, plane); });
+  }
+
+  // Calls use(cell samples at the first wanted column, first row in the output, first column in the output, columns, row bytes of the cell, rows).
+  template <class Use>
+  Result<void> for_each_cell(const TiffDecoder& decoder, int plane, bool may_skip_cache, const Window& window, const Use& use) const {
+    const TiffLayout& layout = decoder.layout();
+    const std::int64_t sample_stride = decoder.cell_row_bytes() / layout.block_width;
+    const std::int64_t right = window.x + window.width;
+    const std::int64_t bottom = window.y + window.height;
+    for (std::int64_t cell_y = decoder.cell_of_row(window.y); cell_y <= decoder.cell_of_row(bottom - 1); ++cell_y) {
+      const std::int64_t cell_top = decoder.first_row(cell_y);
+      const std::int64_t cell_rows = decoder.cell_rows(cell_y);
+      const std::int64_t top = std::max(window.y, cell_top);
+      const std::int64_t rows = std::min(bottom, cell_top + cell_rows) - top;
+      for (std::int64_t cell_x = window.x / layout.block_width; cell_x <= (right - 1) / layout.block_width; ++cell_x) {
+        const std::int64_t cell_left = cell_x * layout.block_width;
+        const std::int64_t left = std::max(window.x, cell_left);
+        const std::int64_t columns = std::min({right, cell_left + layout.block_width, layout.width}) - left;
+        // A cell that is wanted whole is not worth keeping: neighbours will hardly ask for it again.
+        const bool whole = may_skip_cache && rows == cell_rows && columns == std::min(layout.block_width, layout.width - cell_left);
+        BlockPtr block = whole ? cache_.peek(cell_key(decoder, cell_x, cell_y, plane)) : nullptr;
+        if (!block && whole) {
+          VT_ASSIGN(Block decoded, decoder.decode_cell(cell_x, cell_y, plane));
+          block = std::make_shared<const Block>(std::move(decoded));
+        } else if (!block) {
+          VT_ASSIGN(block, cell(decoder, cell_x, cell_y, plane));
+        }
+        const std::byte* first = block->data() + (top - cell_top) * decoder.cell_row_bytes() + (left - cell_left) * sample_stride;
+        use(first, top - window.y, left - window.x, columns, rows);
+      }
+    }
+    return {};
+  }
+
+  Result<void> read_plane(const PlanePicks& plane, const Window& window, std::span<std::byte> out, std::size_t pitch) const {
+    const std::size_t out_stride = plane.bytes * static_cast<std::size_t>(plane.out_bands);
+    const bool all_bands = static_cast<int>(plane.picks.size()) == plane.plane_bands;
+    return for_each_cell(*image_, plane.plane, all_bands, window,
+                         [&](const std::byte* in, std::int64_t row, std::int64_t column, std::int64_t columns, std::int64_t rows) {
+                           for (std::int64_t r = 0; r < rows; ++r) {
+                             plane.copy_row(in + r * image_->cell_row_bytes(),
+                                            out.data() + static_cast<std::size_t>(row + r) * pitch + static_cast<std::size_t>(column) * out_stride, columns);
+                           }
+                         });
+  }
+
+  // Uncompressed files: straight from the file, the operating system's cache is the cache.
+  Result<void> read_plane_direct(const PlanePicks& plane, const Window& window, std::span<std::byte> out, std::size_t pitch) const {
+    const TiffLayout& layout = image_->layout();
+    const std::int64_t in_stride = static_cast<std::int64_t>(plane.bytes) * plane.plane_bands;
+    const std::size_t out_stride = plane.bytes * static_cast<std::size_t>(plane.out_bands);
+    const std::int64_t right = window.x + window.width;
+    const std::int64_t bottom = window.y + window.height;
+    Block buffer;
+    for (std::int64_t block_y = window.y / layout.block_height; block_y <= (bottom - 1) / layout.block_height; ++block_y) {
+      const std::int64_t block_top = block_y * layout.block_height;
+      for (std::int64_t block_x = window.x / layout.block_width; block_x <= (right - 1) / layout.block_width; ++block_x) {
+        const std::int64_t block_left = block_x * layout.block_width;
+        const std::int64_t left = std::max(window.x, block_left);
+        const std::int64_t columns = std::min(right, block_left + layout.block_width) - left;
+        const std::int64_t rows_at_once = std::max<std::int64_t>(1, kDirectChunkBytes / (columns * in_stride));
+        std::int64_t row = std::max(window.y, block_top);
+        for (const std::int64_t end = std::min(bottom, block_top + layout.block_height); row < end;) {
+          const std::int64_t rows = std::min(rows_at_once, end - row);
+          const TiffDecoder::BlockRect rect{.block_x = block_x,
+                                            .block_y = block_y,
+                                            .plane = plane.plane,
+                                            .row = row - block_top,
+                                            .rows = rows,
+                                            .column = left - block_left,
+                                            .columns = columns};
+          std::byte* target = out.data() + static_cast<std::size_t>(row - window.y) * pitch + static_cast<std::size_t>(left - window.x) * out_stride;
+          const auto row_bytes = static_cast<std::size_t>(columns * in_stride);
+          const std::size_t bytes = row_bytes * static_cast<std::size_t>(rows);
+          if (plane.is_plain_copy() && (rows == 1 || pitch == row_bytes)) {
+            VT_CHECK(image_->read_direct(rect, {target, bytes}));
+          } else {
+            buffer.resize(bytes);
+            VT_CHECK(image_->read_direct(rect, buffer));
+            for (std::int64_t r = 0; r < rows; ++r) plane.copy_row(buffer.data() + static_cast<std::size_t>(r) * row_bytes, target + static_cast<std::size_t>(r) * pitch, columns);
+          }
+          row += rows;
+        }
+      }
+    }
+    return {};
+  }
+
+  Result<void> read_mask(std::size_t out_band, std::size_t out_bands, const Window& window, std::span<std::byte> out, std::size_t pitch) const {
+    const std::size_t bytes = sample_bytes(info_.sample_type);
+    const std::size_t stride = bytes * out_bands;
+    return for_each_cell(*mask_, 0, false, window,
+                         [&](const std::byte* in, std::int64_t row, std::int64_t column, std::int64_t columns, std::int64_t rows) {
+                           for (std::int64_t r = 0; r < rows; ++r) {
+                             std::byte* target = out.data() + static_cast<std::size_t>(row + r) * pitch + static_cast<std::size_t>(column) * stride + out_band * bytes;
+                             put_mask_row(info_.sample_type, in + r * mask_->cell_row_bytes(), columns, target, stride);
+                           }
+                         });
+  }
+
+  std::unique_ptr<TiffDecoder> image_;
+  std::unique_ptr<TiffDecoder> mask_;
+  mutable BlockCache cache_;
+};
+
+// The transparency mask of the full-size image, when there is one among the later directories. Damage behind the first directory is not ours to judge.
+Result<std::unique_ptr<TiffDecoder>> find_mask(TiffHandle& handle, const std::shared_ptr<const FileBytes>& file, const TiffLayout& image) {
+  for (int directory = 1; directory < kMaxDirectories && TIFFReadDirectory(handle.get()) == 1; ++directory) {
+    std::uint32_t type = 0;
+    TIFFGetField(handle.get(), TIFFTAG_SUBFILETYPE, &type);
+    if ((type & FILETYPE_MASK) == 0 || (type & FILETYPE_REDUCEDIMAGE) != 0) continue;
+    VT_ASSIGN(TiffLayout layout, read_tiff_layout(handle, file->path().string() + " (mask)", false));
+    if (layout.width != image.width || layout.height != image.height) continue;
+    if (layout.sample_type != SampleType::kUint8 || layout.bands != 1) {
+      return fail(ErrorCode::kUnsupported, fmt::format("{}: a transparency mask of {} bands and {} bits", file->path().string(), layout.bands, layout.bits));
+    }
+    layout.invert = false;
+    layout.fill.reset();
+    return TiffDecoder::create(file, static_cast<std::uint16_t>(directory), std::move(layout));
+  }
+  return std::unique_ptr<TiffDecoder>();
+}
+
+}  // namespace
+
+Result<std::unique_ptr<RasterSource>> open_geotiff(std::shared_ptr<const FileBytes> file, const OpenOptions& options) {
+  const std::string name = file->path().string();
+  VT_ASSIGN(auto handle, TiffHandle::open(file));
+  VT_ASSIGN(TiffLayout layout, read_tiff_layout(*handle, name, !options.palette_indices));
+  TiffPlace place = read_tiff_place(*handle);
+
+  RasterInfo info;
+  info.path = file->path();
+  info.width = layout.width;
+  info.height = layout.height;
+  info.bands = layout.bands;
+  info.sample_type = layout.sample_type;
+  info.alpha_band = layout.alpha_band;
+  info.nodata = layout.nodata;
+  info.block_width = layout.block_width;
+  info.block_height = layout.block_height;
+  info.tiled = layout.tiled;
+  info.compression = compression_name(layout.compression);
+  info.crs = std::move(place.keys.crs);
+  info.crs_problem = std::move(place.keys.problem);
+  if (place.transform) {
+    info.transform = *place.transform;
+    info.has_transform = true;
+  }
+  VT_CHECK(apply_options(options, info));
+
+  VT_ASSIGN(auto mask, find_mask(*handle, file, layout));
+  handle.reset();
+  if (mask) {
+    info.alpha_band = info.bands;
+    ++info.bands;
+  }
+  VT_ASSIGN(auto image, TiffDecoder::create(file, 0, std::move(layout)));
+  return std::make_unique<GeoTiffSource>(std::move(info), std::move(image), std::move(mask), options.cache_bytes);
+}
+
+}  // namespace vt::source

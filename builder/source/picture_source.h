@@ -1,0 +1,13 @@
+// Every picture that is not a TIFF, by OpenImageIO: PNG, JPEG, JPEG 2000, OpenEXR, HDR and others. Private to this room.
+#pragma once
+
+#include <filesystem>
+#include <memory>
+
+#include "builder/source/raster_source.h"
+
+namespace vt::source {
+
+[[nodiscard]] Result<std::unique_ptr<RasterSource>> open_picture(const std::filesystem::path& path, const OpenOptions& options);
+
+}  // namespace vt::source

@@ -1,0 +1,411 @@
+#include "builder/source/tiff_decoder.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <cstring>
+#include <limits>
+
+namespace vt::source {
+namespace {
+
+// Blocks larger than this are cut into cells of about kCutCellBytes where that is possible.
+constexpr std::int64_t kLargestUncutBlock = std::int64_t{16} << 20;
+constexpr std::int64_t kCutCellBytes = std::int64_t{4} << 20;
+
+static_assert(std::endian::native == std::endian::little, "24-bit samples and libtiff's RGBA words are taken apart as little-endian");
+
+void swap_samples(int bits, std::span<std::byte> bytes) {
+  std::uint8_t* data = reinterpret_cast<std::uint8_t*>(bytes.data());
+  switch (bits) {
+    case 16: TIFFSwabArrayOfShort(reinterpret_cast<std::uint16_t*>(data), static_cast<tmsize_t>(bytes.size() / 2)); break;
+    case 24: TIFFSwabArrayOfTriples(data, static_cast<tmsize_t>(bytes.size() / 3)); break;
+    case 32: TIFFSwabArrayOfLong(reinterpret_cast<std::uint32_t*>(data), static_cast<tmsize_t>(bytes.size() / 4)); break;
+    case 64: TIFFSwabArrayOfLong8(reinterpret_cast<std::uint64_t*>(data), static_cast<tmsize_t>(bytes.size() / 8)); break;
+    default: break;
+  }
+}
+
+template <class T>
+void store(std::byte* place, T value) {
+  std::memcpy(place, &value, sizeof value);
+}
+template <class T>
+T load(const std::byte* place) {
+  T value;
+  std::memcpy(&value, place, sizeof value);
+  return value;
+}
+
+// Most significant bit first, rows start at whole bytes. 24-bit samples are bytes in native order instead.
+template <class T>
+void unpack_row(const std::byte* row, int bits, std::int64_t count, std::byte* out) {
+  if (bits == 24) {
+    for (std::int64_t i = 0; i < count; ++i) {
+      const std::byte* s = row + 3 * i;
+      const auto code = std::to_integer<std::uint32_t>(s[0]) | std::to_integer<std::uint32_t>(s[1]) << 8 | std::to_integer<std::uint32_t>(s[2]) << 16;
+      store(out + i * static_cast<std::int64_t>(sizeof(T)), static_cast<T>(code));
+    }
+    return;
+  }
+  std::uint64_t window = 0;
+  int held = 0;
+  for (std::int64_t i = 0; i < count; ++i) {
+    for (; held < bits; held += 8) window = window << 8 | std::to_integer<std::uint64_t>(*row++);
+    held -= bits;
+    store(out + i * static_cast<std::int64_t>(sizeof(T)), static_cast<T>(window >> held & ((std::uint64_t{1} << bits) - 1)));
+  }
+}
+
+// A small IEEE-like format to binary32: exact, every such number fits.
+float widen_float(std::uint32_t code, int exponent_bits, int mantissa_bits) {
+  const std::uint32_t mantissa = code & ((1U << mantissa_bits) - 1);
+  const std::uint32_t exponent = code >> mantissa_bits & ((1U << exponent_bits) - 1);
+  const bool negative = (code >> (mantissa_bits + exponent_bits) & 1) != 0;
+  const int bias = (1 << (exponent_bits - 1)) - 1;
+  if (exponent == (1U << exponent_bits) - 1) {  // infinities and NaN keep their payload bits
+    return std::bit_cast<float>((negative ? 0x80000000U : 0U) | 0x7F800000U | mantissa << (23 - mantissa_bits));
+  }
+  const float magnitude = exponent == 0 ? std::ldexp(static_cast<float>(mantissa), 1 - bias - mantissa_bits)
+                                        : std::ldexp(static_cast<float>(mantissa | 1U << mantissa_bits), static_cast<int>(exponent) - bias - mantissa_bits);
+  return negative ? -magnitude : magnitude;
+}
+
+template <class T>
+void invert_codes(std::span<std::byte> bytes, double max_code) {
+  const T max = static_cast<T>(max_code);
+  for (std::size_t i = 0; i + sizeof(T) <= bytes.size(); i += sizeof(T)) store(bytes.data() + i, static_cast<T>(max - load<T>(bytes.data() + i)));
+}
+
+// Premultiplied to straight colour: rounded to the nearest code; without alpha there is no colour to recover.
+template <class T>
+void straighten(std::span<std::byte> bytes, int bands, int alpha_band, double max_code) {
+  const std::size_t pixel = sizeof(T) * static_cast<std::size_t>(bands);
+  for (std::size_t at = 0; at + pixel <= bytes.size(); at += pixel) {
+    const auto alpha = static_cast<double>(load<T>(bytes.data() + at + sizeof(T) * static_cast<std::size_t>(alpha_band)));
+    for (int band = 0; band < bands; ++band) {
+      if (band == alpha_band) continue;
+      std::byte* place = bytes.data() + at + sizeof(T) * static_cast<std::size_t>(band);
+      const auto value = static_cast<double>(load<T>(place));
+      if constexpr (std::is_floating_point_v<T>) {
+        if (alpha > 0.0) store(place, static_cast<T>(value / alpha));
+      } else {
+        store(place, alpha > 0.0 ? static_cast<T>(std::min(max_code, std::floor(value * max_code / alpha + 0.5))) : T{0});
+      }
+    }
+  }
+}
+
+}  // namespace
+
+TiffDecoder::TiffDecoder(std::shared_ptr<const FileBytes> file, std::uint16_t directory, TiffLayout layout)
+    : file_(file), name_(file->path().string()), layout_(std::move(layout)), handles_(std::move(file), directory) {}
+
+Result<std::unique_ptr<TiffDecoder>> TiffDecoder::create(std::shared_ptr<const FileBytes> file, std::uint16_t directory, TiffLayout layout) {
+  std::unique_ptr<TiffDecoder> decoder(new TiffDecoder(std::move(file), directory, std::move(layout)));
+  TiffDecoder& d = *decoder;
+  const TiffLayout& l = d.layout_;
+  const bool rgba = l.recipe == SampleRecipe::kLibtiffRgba;
+  d.sample_stride_ = static_cast<std::int64_t>(sample_bytes(l.sample_type)) * l.bands_per_plane();
+  const std::int64_t stored_samples = l.planar_separate ? 1 : l.samples_per_pixel;
+  d.stored_row_bytes_ = rgba ? l.block_width * 4 : (l.block_width * stored_samples * l.bits + 7) / 8;
+  d.rows_are_seekable_ = l.compression == COMPRESSION_NONE && !l.fill_order_reversed && !rgba;
+  d.direct_ = d.rows_are_seekable_ && l.recipe == SampleRecipe::kNative && l.palette.empty() && !l.invert && !l.alpha_is_associated;
+
+  const std::int64_t row_bytes = std::max(d.stored_row_bytes_, d.cell_row_bytes());
+  d.rows_per_cell_ = l.block_height;
+  const bool can_be_cut = d.rows_are_seekable_ || (!l.tiled && !rgba);
+  if (can_be_cut && row_bytes > kLargestUncutBlock / l.block_height) {
+    d.rows_per_cell_ = std::clamp<std::int64_t>(kCutCellBytes / row_bytes, 1, l.block_height);
+    d.cells_per_block_ = (l.block_height + d.rows_per_cell_ - 1) / d.rows_per_cell_;
+  }
+  if (!d.direct_ && row_bytes > kMaxCellBytes / d.rows_per_cell_) {
+    return fail(ErrorCode::kUnsupported, fmt::format("{}: {} of {} x {} samples in one piece are {} MB unpacked, more than {} MB; rewrite the file with smaller tiles",
+                                                     d.name_, l.tiled ? "tiles" : "strips", l.block_width, l.block_height,
+                                                     (static_cast<double>(row_bytes) * static_cast<double>(d.rows_per_cell_)) / (1 << 20), kMaxCellBytes >> 20));
+  }
+  if (!rgba) {
+    // libtiff must agree on the size of a row, or its writes would not fit our buffers.
+    VT_ASSIGN(auto handle, d.handles_.borrow());
+    const std::uint64_t libtiff_row = l.tiled ? TIFFTileRowSize64(handle->get()) : TIFFScanlineSize64(handle->get());
+    if (libtiff_row != static_cast<std::uint64_t>(d.stored_row_bytes_)) {
+      return fail(ErrorCode::kUnsupported, fmt::format("{}: rows of {} bytes by the tags, {} by the decoder (subsampled data?)", d.name_, d.stored_row_bytes_, libtiff_row));
+    }
+  }
+  return decoder;
+}
+
+std::int64_t TiffDecoder::cell_of_row(std::int64_t row) const {
+  const std::int64_t block_y = row / layout_.block_height;
+  return block_y * cells_per_block_ + (row - block_y * layout_.block_height) / rows_per_cell_;
+}
+
+std::int64_t TiffDecoder::first_row(std::int64_t cell_y) const {
+  return cell_y / cells_per_block_ * layout_.block_height + cell_y % cells_per_block_ * rows_per_cell_;
+}
+
+std::int64_t TiffDecoder::cell_rows(std::int64_t cell_y) const {
+  const std::int64_t left_in_block = layout_.rows_in_block(cell_y / cells_per_block_) - cell_y % cells_per_block_ * rows_per_cell_;
+  return std::min(rows_per_cell_, left_in_block);
+}
+
+std::uint32_t TiffDecoder::block_index(std::int64_t block_x, std::int64_t block_y, int plane) const {
+  return static_cast<std::uint32_t>((plane * layout_.blocks_down + block_y) * layout_.blocks_across + block_x);
+}
+
+tl::unexpected<Error> TiffDecoder::damaged(std::int64_t block_x, std::int64_t row, const std::string& what) const {
+  return fail(ErrorCode::kCorrupt, fmt::format("{}: row {}, column {}: {}", name_, row, block_x * layout_.block_width, what));
+}
+
+Result<TiffDecoder::BlockPlace> TiffDecoder::block_place(TiffHandle& handle, std::int64_t block_x, std::int64_t block_y, int plane) const {
+  const std::uint32_t index = block_index(block_x, block_y, plane);
+  int offset_missing = 0;
+  int bytes_missing = 0;
+  handle.clear_messages();
+  BlockPlace place;
+  place.offset = TIFFGetStrileOffsetWithErr(handle.get(), index, &offset_missing);
+  place.bytes = TIFFGetStrileByteCountWithErr(handle.get(), index, &bytes_missing);
+  const std::int64_t row = block_y * layout_.block_height;
+  if (offset_missing != 0 || bytes_missing != 0) {
+    return damaged(block_x, row, fmt::format("the file's tables do not tell where block {} is ({})", index, handle.error()));
+  }
+  if (place.is_sparse()) return place;
+  if (place.offset == 0 || place.bytes == 0 || place.offset > file_->size() || place.bytes > file_->size() - place.offset) {
+    // An uncompressed block may claim more than it needs; then only the rows that are read must be there.
+    const bool rows_decide = rows_are_seekable_ && place.offset != 0 && place.bytes != 0 && place.offset <= file_->size();
+    if (!rows_decide) {
+      return damaged(block_x, row, fmt::format("block {} should be {} bytes at {}, but the file has {} bytes; it is damaged or incomplete", index, place.bytes,
+                                               place.offset, file_->size()));
+    }
+  }
+  return place;
+}
+
+Result<void> TiffDecoder::read_uncompressed(const BlockPlace& place, std::int64_t block_x, std::int64_t row, std::int64_t offset_in_block,
+                                            std::span<std::byte> out) const {
+  const auto offset = static_cast<std::uint64_t>(offset_in_block);
+  if (offset > place.bytes || out.size() > place.bytes - offset) {
+    return damaged(block_x, row, fmt::format("the block holds {} bytes, {} are needed; it is damaged or incomplete", place.bytes, offset + out.size()));
+  }
+  VT_ASSIGN(const std::size_t got, file_->read_some(place.offset + offset, out));
+  if (got != out.size()) {
+    return damaged(block_x, row, fmt::format("the file ends {} bytes early; it is incomplete", out.size() - got));
+  }
+  if (layout_.byte_swapped) swap_samples(layout_.bits, out);
+  return {};
+}
+
+Result<void> TiffDecoder::read_direct(const BlockRect& rect, std::span<std::byte> out) const {
+  BlockPlace place;
+  {
+    VT_ASSIGN(auto handle, handles_.borrow());
+    VT_ASSIGN(place, block_place(*handle, rect.block_x, rect.block_y, rect.plane));
+  }
+  if (place.is_sparse()) {
+    fill_sparse(out);
+    return {};
+  }
+  const std::int64_t raster_row = rect.block_y * layout_.block_height + rect.row;
+  const std::int64_t offset = rect.row * stored_row_bytes_ + rect.column * sample_stride_;
+  if (rect.columns == layout_.block_width) return read_uncompressed(place, rect.block_x, raster_row, offset, out);
+
+  const auto wanted_bytes = static_cast<std::size_t>(rect.columns * sample_stride_);
+  const bool mostly_wanted = rect.columns * 2 >= layout_.block_width && stored_row_bytes_ * rect.rows <= kCutCellBytes;
+  if (!mostly_wanted) {
+    for (std::int64_t row = 0; row < rect.rows; ++row) {
+      VT_CHECK(read_uncompressed(place, rect.block_x, raster_row + row, offset + row * stored_row_bytes_,
+                                 out.subspan(static_cast<std::size_t>(row) * wanted_bytes, wanted_bytes)));
+    }
+    return {};
+  }
+  // One large read is cheaper than one for each row: from the first wanted sample to the last.
+  Block rows(static_cast<std::size_t>((rect.rows - 1) * stored_row_bytes_) + wanted_bytes);
+  VT_CHECK(read_uncompressed(place, rect.block_x, raster_row, offset, rows));
+  for (std::int64_t row = 0; row < rect.rows; ++row) {
+    std::memcpy(out.data() + static_cast<std::size_t>(row) * wanted_bytes, rows.data() + row * stored_row_bytes_, wanted_bytes);
+  }
+  return {};
+}
+
+void TiffDecoder::fill_sparse(std::span<std::byte> out) const {
+  const double value = layout_.fill.value_or(0.0);
+  const auto fill_with = [&]<class T>(T code) {
+    for (std::size_t i = 0; i + sizeof(T) <= out.size(); i += sizeof(T)) store(out.data() + i, code);
+  };
+  const auto fill_integer = [&]<class T>(T) {
+    const bool fits = value >= static_cast<double>(std::numeric_limits<T>::min()) && value <= static_cast<double>(std::numeric_limits<T>::max());
+    fill_with(fits ? static_cast<T>(value) : T{0});
+  };
+  if (layout_.recipe != SampleRecipe::kNative || value == 0.0) {
+    std::ranges::fill(out, std::byte{0});  // codes that need unpacking: zero, whatever their width
+    return;
+  }
+  // The palette's indices are stored in `bits`, whatever our samples are after the expansion.
+  if (!layout_.palette.empty()) {
+    layout_.bits == 16 ? fill_integer(std::uint16_t{}) : fill_integer(std::uint8_t{});
+    return;
+  }
+  switch (layout_.sample_type) {
+    case SampleType::kUint8: return fill_integer(std::uint8_t{});
+    case SampleType::kInt8: return fill_integer(std::int8_t{});
+    case SampleType::kUint16: return fill_integer(std::uint16_t{});
+    case SampleType::kInt16: return fill_integer(std::int16_t{});
+    case SampleType::kUint32: return fill_integer(std::uint32_t{});
+    case SampleType::kInt32: return fill_integer(std::int32_t{});
+    case SampleType::kFloat32: return fill_with(static_cast<float>(value));
+    case SampleType::kFloat64: return fill_with(value);
+  }
+}
+
+Result<void> TiffDecoder::decode_whole(TiffHandle& handle, std::uint32_t index, Block& out) const {
+  const auto size = static_cast<tmsize_t>(out.size());
+  const tmsize_t got = layout_.tiled ? TIFFReadEncodedTile(handle.get(), index, out.data(), size) : TIFFReadEncodedStrip(handle.get(), index, out.data(), size);
+  handle.next_scanline = -1;
+  if (got == size && !handle.saw_damage()) return {};
+  return fail(ErrorCode::kCorrupt, handle.error().empty() ? fmt::format("the decoder gave {} of {} bytes", got, size) : handle.error());
+}
+
+// libtiff decodes a strip from its start only, so a handle that stands before the wanted row goes on from there.
+Result<void> TiffDecoder::decode_scanlines(TiffHandle& handle, std::int64_t first, std::int64_t rows, int plane, Block& out) const {
+  const std::int64_t strip_start = first / layout_.block_height * layout_.block_height;
+  const bool goes_on = handle.scanline_plane == plane && handle.next_scanline >= strip_start && handle.next_scanline <= first;
+  std::int64_t row = goes_on ? handle.next_scanline : strip_start;
+  handle.next_scanline = -1;
+  Block skipped;
+  for (; row < first + rows; ++row) {
+    std::byte* target = nullptr;
+    if (row < first) {
+      skipped.resize(static_cast<std::size_t>(stored_row_bytes_));
+      target = skipped.data();
+    } else {
+      target = out.data() + (row - first) * stored_row_bytes_;
+    }
+    if (TIFFReadScanline(handle.get(), target, static_cast<std::uint32_t>(row), static_cast<std::uint16_t>(plane)) != 1 || handle.saw_damage()) {
+      return fail(ErrorCode::kCorrupt, fmt::format("row {}: {}", row, handle.error()));
+    }
+  }
+  handle.next_scanline = row;
+  handle.scanline_plane = plane;
+  return {};
+}
+
+Result<void> TiffDecoder::decode_rgba(TiffHandle& handle, std::int64_t block_x, std::int64_t block_y, Block& out) const {
+  const auto width = static_cast<std::size_t>(layout_.block_width);
+  const auto block_rows = static_cast<std::size_t>(layout_.tiled ? layout_.block_height : layout_.rows_in_block(block_y));
+  const auto rows = static_cast<std::size_t>(layout_.rows_in_block(block_y));
+  std::vector<std::uint32_t> words(width * static_cast<std::size_t>(layout_.block_height));
+  const auto x = static_cast<std::uint32_t>(block_x * layout_.block_width);
+  const auto y = static_cast<std::uint32_t>(block_y * layout_.block_height);
+  const int ok = layout_.tiled ? TIFFReadRGBATileExt(handle.get(), x, y, words.data(), 1) : TIFFReadRGBAStripExt(handle.get(), y, words.data(), 1);
+  handle.next_scanline = -1;
+  if (ok != 1 || handle.saw_damage()) return fail(ErrorCode::kCorrupt, handle.error());
+  for (std::size_t row = 0; row < rows; ++row) {
+    std::memcpy(out.data() + row * width * 4, words.data() + (block_rows - 1 - row) * width, width * 4);  // libtiff counts rows from the bottom
+  }
+  return {};
+}
+
+Result<Block> TiffDecoder::stored_cell(std::int64_t cell_x, std::int64_t cell_y, int plane) const {
+  const std::int64_t block_y = cell_y / cells_per_block_;
+  const std::int64_t first = first_row(cell_y);
+  const std::int64_t rows = cell_rows(cell_y);
+  const bool by_scanline = !layout_.tiled && !rows_are_seekable_ && cells_per_block_ > 1;
+  VT_ASSIGN(auto handle, handles_.borrow(by_scanline ? first : -1, plane));
+  VT_ASSIGN(const BlockPlace place, block_place(*handle, cell_x, block_y, plane));
+  // Tiles decode whole, with the rows that stick out of the raster.
+  const std::int64_t decoded_rows = layout_.tiled && !rows_are_seekable_ ? layout_.block_height : rows;
+  Block stored(static_cast<std::size_t>(decoded_rows * stored_row_bytes_));
+  if (place.is_sparse()) {
+    fill_sparse(stored);
+    return stored;
+  }
+  if (rows_are_seekable_) {
+    VT_CHECK(read_uncompressed(place, cell_x, first, (first - block_y * layout_.block_height) * stored_row_bytes_, stored));
+    return stored;
+  }
+  handle->clear_messages();
+  Result<void> decoded = layout_.recipe == SampleRecipe::kLibtiffRgba ? decode_rgba(*handle, cell_x, block_y, stored)
+                         : by_scanline                                ? decode_scanlines(*handle, first, rows, plane, stored)
+                                                                      : decode_whole(*handle, block_index(cell_x, block_y, plane), stored);
+  if (!decoded) return damaged(cell_x, first, decoded.error().message);
+  return stored;
+}
+
+Block TiffDecoder::converted(Block stored, std::int64_t rows) const {
+  const int stored_bands = layout_.planar_separate ? 1 : layout_.samples_per_pixel;
+  const std::int64_t samples_across = layout_.block_width * stored_bands;
+  const SampleType stored_type = layout_.palette.empty() ? layout_.sample_type : (layout_.bits <= 8 ? SampleType::kUint8 : SampleType::kUint16);
+  const auto stored_bytes = static_cast<std::int64_t>(sample_bytes(stored_type));
+
+  Block samples;
+  if (layout_.recipe == SampleRecipe::kNative) {
+    samples = std::move(stored);
+    samples.resize(static_cast<std::size_t>(rows * samples_across * stored_bytes));
+  } else if (layout_.recipe == SampleRecipe::kLibtiffRgba) {
+    const std::size_t count = static_cast<std::size_t>(rows * layout_.block_width);
+    samples.resize(count * 3);
+    for (std::size_t i = 0; i < count; ++i) std::memcpy(samples.data() + 3 * i, stored.data() + 4 * i, 3);
+  } else {
+    samples.resize(static_cast<std::size_t>(rows * samples_across * stored_bytes));
+    for (std::int64_t row = 0; row < rows; ++row) {
+      const std::byte* in = stored.data() + row * stored_row_bytes_;
+      std::byte* out = samples.data() + row * samples_across * stored_bytes;
+      if (layout_.recipe == SampleRecipe::kHalfFloat || layout_.recipe == SampleRecipe::kFloat24) {
+        const bool half = layout_.recipe == SampleRecipe::kHalfFloat;
+        for (std::int64_t i = 0; i < samples_across; ++i) {
+          std::uint32_t code = 0;
+          std::memcpy(&code, in + i * (half ? 2 : 3), half ? 2 : 3);
+          store(out + 4 * i, half ? widen_float(code, 5, 10) : widen_float(code, 7, 16));
+        }
+      } else {
+        switch (stored_bytes) {
+          case 1: unpack_row<std::uint8_t>(in, layout_.bits, samples_across, out); break;
+          case 2: unpack_row<std::uint16_t>(in, layout_.bits, samples_across, out); break;
+          default: unpack_row<std::uint32_t>(in, layout_.bits, samples_across, out); break;
+        }
+      }
+    }
+  }
+
+  if (layout_.invert) {
+    switch (layout_.sample_type) {
+      case SampleType::kUint8: invert_codes<std::uint8_t>(samples, layout_.max_code); break;
+      case SampleType::kUint16: invert_codes<std::uint16_t>(samples, layout_.max_code); break;
+      case SampleType::kUint32: invert_codes<std::uint32_t>(samples, layout_.max_code); break;
+      default: break;
+    }
+  }
+  if (!layout_.palette.empty()) {
+    const std::size_t count = static_cast<std::size_t>(rows * layout_.block_width);
+    const auto bands = static_cast<std::size_t>(layout_.bands);
+    Block colors(count * bands);
+    for (std::size_t i = 0; i < count; ++i) {
+      const std::uint32_t index = stored_bytes == 1 ? std::to_integer<std::uint32_t>(samples[i]) : load<std::uint16_t>(samples.data() + 2 * i);
+      const std::uint32_t color = layout_.palette[index];  // as many entries as there are codes of `bits`
+      std::memcpy(colors.data() + i * bands, &color, bands);
+    }
+    samples = std::move(colors);
+  }
+  if (layout_.alpha_is_associated) {
+    switch (layout_.sample_type) {
+      case SampleType::kUint8: straighten<std::uint8_t>(samples, layout_.bands, layout_.alpha_band, layout_.max_code); break;
+      case SampleType::kInt8: straighten<std::int8_t>(samples, layout_.bands, layout_.alpha_band, 127.0); break;
+      case SampleType::kUint16: straighten<std::uint16_t>(samples, layout_.bands, layout_.alpha_band, layout_.max_code); break;
+      case SampleType::kInt16: straighten<std::int16_t>(samples, layout_.bands, layout_.alpha_band, 32767.0); break;
+      case SampleType::kUint32: straighten<std::uint32_t>(samples, layout_.bands, layout_.alpha_band, layout_.max_code); break;
+      case SampleType::kInt32: straighten<std::int32_t>(samples, layout_.bands, layout_.alpha_band, 2147483647.0); break;
+      case SampleType::kFloat32: straighten<float>(samples, layout_.bands, layout_.alpha_band, 1.0); break;
+      case SampleType::kFloat64: straighten<double>(samples, layout_.bands, layout_.alpha_band, 1.0); break;
+    }
+  }
+  return samples;
+}
+
+Result<Block> TiffDecoder::decode_cell(std::int64_t cell_x, std::int64_t cell_y, int plane) const {
+  VT_ASSIGN(Block stored, stored_cell(cell_x, cell_y, plane));
+  return converted(std::move(stored), cell_rows(cell_y));
+}
+
+}  // namespace vt::source

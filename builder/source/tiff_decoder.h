@@ -1,0 +1,84 @@
+// Cells of one TIFF directory as samples of ours: bits widened, palette expanded, MinIsWhite inverted, alpha made straight.
+// A cell is a tile or a strip, or some rows of one that is too large to be held at once. Any number of threads.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+
+#include "builder/source/block_cache.h"
+#include "builder/source/tiff_handle.h"
+#include "builder/source/tiff_layout.h"
+#include "store/result.h"
+
+namespace vt::source {
+
+// Largest decoded cell. Uncompressed blocks and compressed strips of any size are cut into rows; only a compressed tile can meet this.
+inline constexpr std::int64_t kMaxCellBytes = std::int64_t{256} << 20;
+
+class TiffDecoder {
+ public:
+  [[nodiscard]] static Result<std::unique_ptr<TiffDecoder>> create(std::shared_ptr<const FileBytes> file, std::uint16_t directory, TiffLayout layout);
+
+  [[nodiscard]] const TiffLayout& layout() const { return layout_; }
+
+  // Cells: `block_width` wide (the last column of tiles sticks out of the raster), `cell_rows` high.
+  [[nodiscard]] std::int64_t cells_down() const { return layout_.blocks_down * cells_per_block_; }
+  [[nodiscard]] std::int64_t cell_of_row(std::int64_t row) const;
+  [[nodiscard]] std::int64_t first_row(std::int64_t cell_y) const;
+  [[nodiscard]] std::int64_t cell_rows(std::int64_t cell_y) const;  // inside the raster
+  [[nodiscard]] std::int64_t cell_row_bytes() const { return layout_.block_width * sample_stride_; }
+
+  // cell_rows x block_width samples of layout().bands_per_plane() bands each, interleaved.
+  [[nodiscard]] Result<Block> decode_cell(std::int64_t cell_x, std::int64_t cell_y, int plane) const;
+
+  // Samples lie in the file as we want them, but for byte order: rows can be read from any place without a cell around them.
+  [[nodiscard]] bool is_direct() const { return direct_; }
+  // A rectangle inside one block, tightly packed. Only when is_direct().
+  struct BlockRect {
+    std::int64_t block_x = 0;
+    std::int64_t block_y = 0;
+    int plane = 0;
+    std::int64_t row = 0;  // row and column count in the block
+    std::int64_t rows = 0;
+    std::int64_t column = 0;
+    std::int64_t columns = 0;
+  };
+  [[nodiscard]] Result<void> read_direct(const BlockRect& rect, std::span<std::byte> out) const;
+
+ private:
+  TiffDecoder(std::shared_ptr<const FileBytes> file, std::uint16_t directory, TiffLayout layout);
+
+  struct BlockPlace {
+    std::uint64_t offset = 0;
+    std::uint64_t bytes = 0;
+    [[nodiscard]] bool is_sparse() const { return offset == 0 && bytes == 0; }
+  };
+  [[nodiscard]] Result<BlockPlace> block_place(TiffHandle& handle, std::int64_t block_x, std::int64_t block_y, int plane) const;
+  [[nodiscard]] std::uint32_t block_index(std::int64_t block_x, std::int64_t block_y, int plane) const;
+  [[nodiscard]] tl::unexpected<Error> damaged(std::int64_t block_x, std::int64_t row, const std::string& what) const;
+
+  // Stored bytes of a cell, native byte order.
+  [[nodiscard]] Result<Block> stored_cell(std::int64_t cell_x, std::int64_t cell_y, int plane) const;
+  [[nodiscard]] Result<void> read_uncompressed(const BlockPlace& place, std::int64_t block_x, std::int64_t first_row, std::int64_t offset_in_block,
+                                               std::span<std::byte> out) const;
+  [[nodiscard]] Result<void> decode_whole(TiffHandle& handle, std::uint32_t index, Block& out) const;
+  [[nodiscard]] Result<void> decode_scanlines(TiffHandle& handle, std::int64_t first_row, std::int64_t rows, int plane, Block& out) const;
+  [[nodiscard]] Result<void> decode_rgba(TiffHandle& handle, std::int64_t block_x, std::int64_t block_y, Block& out) const;
+  void fill_sparse(std::span<std::byte> out) const;
+  [[nodiscard]] Block converted(Block stored, std::int64_t rows) const;
+
+  std::shared_ptr<const FileBytes> file_;
+  std::string name_;
+  TiffLayout layout_;
+  mutable TiffHandlePool handles_;
+  bool direct_ = false;
+  bool rows_are_seekable_ = false;     // uncompressed: rows are read from their place in the file
+  std::int64_t stored_row_bytes_ = 0;  // of one row of a block
+  std::int64_t sample_stride_ = 0;     // bytes from one of our samples to the next in a cell
+  std::int64_t rows_per_cell_ = 0;
+  std::int64_t cells_per_block_ = 1;
+};
+
+}  // namespace vt::source

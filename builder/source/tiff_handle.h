@@ -1,0 +1,83 @@
+// One libtiff reader over a shared file, with its own error channel: nothing is printed, nothing is memory-mapped, no global handler is touched.
+// A handle belongs to one thread at a time; TiffHandlePool lends them out.
+#pragma once
+
+#include <tiffio.h>
+
+#include <cstdint>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <vector>
+
+#include "builder/source/file_bytes.h"
+#include "store/result.h"
+
+namespace vt::source {
+
+class TiffHandle {
+ public:
+  // Opens the file and makes `directory` current (0 is the first).
+  [[nodiscard]] static Result<std::unique_ptr<TiffHandle>> open(std::shared_ptr<const FileBytes> file, std::uint16_t directory = 0);
+  ~TiffHandle();
+  TiffHandle(const TiffHandle&) = delete;
+  TiffHandle& operator=(const TiffHandle&) = delete;
+
+  [[nodiscard]] TIFF* get() const { return tiff_; }
+
+  // What libtiff said since clear_messages(). A damaged JPEG stream is only a warning to libjpeg, which invents the missing samples; here it counts as an error.
+  [[nodiscard]] const std::string& error() const { return error_; }
+  [[nodiscard]] bool saw_damage() const { return saw_damage_; }
+  void clear_messages();
+
+  // Sequential decoding of one huge strip: which row comes next without starting over. -1: none.
+  std::int64_t next_scanline = -1;
+  int scanline_plane = 0;
+
+ private:
+  explicit TiffHandle(std::shared_ptr<const FileBytes> file) : file_(std::move(file)) {}
+  static int on_error(TIFF*, void* self, const char* module, const char* format, va_list arguments);
+  static int on_warning(TIFF*, void* self, const char* module, const char* format, va_list arguments);
+  static tmsize_t on_read(thandle_t self, void* out, tmsize_t bytes);
+  static toff_t on_seek(thandle_t self, toff_t offset, int whence);
+  static toff_t on_size(thandle_t self);
+
+  std::shared_ptr<const FileBytes> file_;
+  std::uint64_t position_ = 0;
+  TIFF* tiff_ = nullptr;
+  std::string error_;
+  bool saw_damage_ = false;
+};
+
+// As many handles as there are threads reading at the same moment, kept for the next ones.
+class TiffHandlePool {
+ public:
+  TiffHandlePool(std::shared_ptr<const FileBytes> file, std::uint16_t directory) : file_(std::move(file)), directory_(directory) {}
+
+  class Lease {
+   public:
+    Lease(TiffHandlePool& pool, std::unique_ptr<TiffHandle> handle) : pool_(&pool), handle_(std::move(handle)) {}
+    Lease(Lease&&) noexcept = default;
+    Lease& operator=(Lease&&) = delete;
+    ~Lease();
+    TiffHandle* operator->() const { return handle_.get(); }
+    TiffHandle& operator*() const { return *handle_; }
+
+   private:
+    TiffHandlePool* pool_;
+    std::unique_ptr<TiffHandle> handle_;
+  };
+  // `near_scanline`: prefer the handle that stands closest before this row of `plane`, see next_scanline.
+  [[nodiscard]] Result<Lease> borrow(std::int64_t near_scanline = -1, int plane = 0);
+
+ private:
+  std::shared_ptr<const FileBytes> file_;
+  std::uint16_t directory_;
+  std::mutex mutex_;
+  std::vector<std::unique_ptr<TiffHandle>> idle_;
+};
+
+// Largest single allocation that libtiff may make on behalf of a file: compressed bytes of one block, and tables.
+inline constexpr std::uint64_t kMaxTiffAllocation = std::uint64_t{1} << 30;
+
+}  // namespace vt::source

@@ -1,0 +1,386 @@
+#include "builder/source/tiff_layout.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <string_view>
+
+namespace vt::source {
+namespace {
+
+constexpr std::uint32_t kModelPixelScale = 33550;
+constexpr std::uint32_t kModelTiepoint = 33922;
+constexpr std::uint32_t kModelTransformation = 34264;
+constexpr std::uint32_t kGeoKeyDirectory = 34735;
+constexpr std::uint32_t kGeoDoubleParams = 34736;
+constexpr std::uint32_t kGeoAsciiParams = 34737;
+constexpr std::uint32_t kGdalNodata = 42113;
+
+constexpr int kMaxBands = 4096;
+constexpr std::int64_t kMaxBlocks = std::int64_t{1} << 31;
+
+// The values of a tag that libtiff has no name for, whatever its type; empty when it is absent.
+struct RawTag {
+  TIFFDataType type = TIFF_NOTYPE;
+  std::size_t count = 0;
+  const void* data = nullptr;
+};
+RawTag raw_tag(TIFF* tiff, std::uint32_t tag) {
+  const TIFFField* field = TIFFFindField(tiff, tag, TIFF_ANY);
+  if (field == nullptr) return {};
+  RawTag raw{.type = TIFFFieldDataType(field), .count = 0, .data = nullptr};
+  if (TIFFFieldPassCount(field) == 0) {
+    const char* text = nullptr;
+    if (raw.type != TIFF_ASCII || TIFFGetField(tiff, tag, &text) == 0 || text == nullptr) return {};
+    return {.type = TIFF_ASCII, .count = std::strlen(text), .data = text};
+  }
+  const void* data = nullptr;
+  if (TIFFFieldReadCount(field) == TIFF_VARIABLE2) {
+    std::uint32_t count = 0;
+    if (TIFFGetField(tiff, tag, &count, &data) == 0) return {};
+    raw.count = count;
+  } else {
+    std::uint16_t count = 0;
+    if (TIFFGetField(tiff, tag, &count, &data) == 0) return {};
+    raw.count = count;
+  }
+  if (data == nullptr) return {};
+  raw.data = data;
+  return raw;
+}
+
+template <class Stored>
+void append_numbers(const RawTag& raw, std::vector<double>& out) {
+  const auto* values = static_cast<const Stored*>(raw.data);
+  out.assign(values, values + raw.count);
+}
+
+std::vector<double> tag_numbers(TIFF* tiff, std::uint32_t tag) {
+  const RawTag raw = raw_tag(tiff, tag);
+  std::vector<double> numbers;
+  if (raw.count == 0) return numbers;
+  switch (raw.type) {
+    case TIFF_BYTE: append_numbers<std::uint8_t>(raw, numbers); break;
+    case TIFF_SHORT: append_numbers<std::uint16_t>(raw, numbers); break;
+    case TIFF_SSHORT: append_numbers<std::int16_t>(raw, numbers); break;
+    case TIFF_LONG: append_numbers<std::uint32_t>(raw, numbers); break;
+    case TIFF_SLONG: append_numbers<std::int32_t>(raw, numbers); break;
+    case TIFF_LONG8: append_numbers<std::uint64_t>(raw, numbers); break;
+    case TIFF_FLOAT: append_numbers<float>(raw, numbers); break;
+    case TIFF_DOUBLE: append_numbers<double>(raw, numbers); break;
+    default: break;  // text or rationals where numbers belong: as good as absent
+  }
+  return numbers;
+}
+
+std::string tag_text(TIFF* tiff, std::uint32_t tag) {
+  const RawTag raw = raw_tag(tiff, tag);
+  if (raw.data == nullptr || (raw.type != TIFF_ASCII && raw.type != TIFF_BYTE)) return {};
+  std::string text(static_cast<const char*>(raw.data), raw.count);
+  while (!text.empty() && text.back() == '\0') text.pop_back();
+  return text;
+}
+
+std::string_view trimmed(std::string_view text) {
+  const auto is_space = [](char c) { return c == ' ' || c == '\t' || c == '\n' || c == '\r' || c == '\0'; };
+  while (!text.empty() && is_space(text.front())) text.remove_prefix(1);
+  while (!text.empty() && is_space(text.back())) text.remove_suffix(1);
+  return text;
+}
+
+// GDAL_NODATA is text; besides numbers, "nan" and "inf" in the spellings of several C libraries occur.
+std::optional<double> parse_nodata(std::string_view text) {
+  text = trimmed(text);
+  if (text.starts_with('+')) text.remove_prefix(1);
+  if (text.starts_with("-1.#INF")) return -std::numeric_limits<double>::infinity();
+  if (text.starts_with("1.#INF")) return std::numeric_limits<double>::infinity();
+  if (text.starts_with("-1.#") || text.starts_with("1.#")) return std::numeric_limits<double>::quiet_NaN();
+  double value = 0.0;
+  const auto [end, status] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (status == std::errc::result_out_of_range) {  // 1e-400 or 1e400
+    return text.find("e-") != std::string_view::npos ? 0.0
+           : text.starts_with('-')                   ? -std::numeric_limits<double>::infinity()
+                                                     : std::numeric_limits<double>::infinity();
+  }
+  if (status != std::errc{} || end == text.data()) return std::nullopt;
+  return value;
+}
+
+// Files say 3.40282347e+38 and mean the largest float: compare as the samples are.
+double as_float32(double value) {
+  constexpr double kMax = std::numeric_limits<float>::max();
+  if (!std::isfinite(value)) return value;
+  return static_cast<double>(static_cast<float>(std::clamp(value, -kMax, kMax)));
+}
+
+double invert_code(const TiffLayout& layout, double code) { return layout.max_code - code; }
+
+tl::unexpected<Error> unsupported(const std::string& name, std::string what) { return fail(ErrorCode::kUnsupported, name + ": " + std::move(what)); }
+
+struct SampleKind {
+  SampleRecipe recipe;
+  SampleType type;
+};
+
+Result<SampleKind> sample_kind(const std::string& name, std::uint16_t format, int bits) {
+  switch (format) {
+    case SAMPLEFORMAT_VOID:
+    case SAMPLEFORMAT_UINT:
+      if (bits == 8) return SampleKind{SampleRecipe::kNative, SampleType::kUint8};
+      if (bits == 16) return SampleKind{SampleRecipe::kNative, SampleType::kUint16};
+      if (bits == 32) return SampleKind{SampleRecipe::kNative, SampleType::kUint32};
+      if (bits >= 1 && bits < 8) return SampleKind{SampleRecipe::kPackedBits, SampleType::kUint8};
+      if (bits > 8 && bits < 16) return SampleKind{SampleRecipe::kPackedBits, SampleType::kUint16};
+      if (bits > 16 && bits < 32) return SampleKind{SampleRecipe::kPackedBits, SampleType::kUint32};
+      break;
+    case SAMPLEFORMAT_INT:
+      if (bits == 8) return SampleKind{SampleRecipe::kNative, SampleType::kInt8};
+      if (bits == 16) return SampleKind{SampleRecipe::kNative, SampleType::kInt16};
+      if (bits == 32) return SampleKind{SampleRecipe::kNative, SampleType::kInt32};
+      break;
+    case SAMPLEFORMAT_IEEEFP:
+      if (bits == 32) return SampleKind{SampleRecipe::kNative, SampleType::kFloat32};
+      if (bits == 64) return SampleKind{SampleRecipe::kNative, SampleType::kFloat64};
+      if (bits == 16) return SampleKind{SampleRecipe::kHalfFloat, SampleType::kFloat32};
+      if (bits == 24) return SampleKind{SampleRecipe::kFloat24, SampleType::kFloat32};
+      break;
+    case SAMPLEFORMAT_COMPLEXINT:
+    case SAMPLEFORMAT_COMPLEXIEEEFP:
+      return unsupported(name, "samples are complex numbers (SampleFormat 5 or 6); split them into real bands first");
+    default: break;
+  }
+  return unsupported(name, fmt::format("samples of {} bits with SampleFormat {} are not read; wanted integers up to 32 bits or floating point of 16, 24, "
+                                       "32 or 64 bits",
+                                       bits, format));
+}
+
+// 16-bit colour map entries hold c * 257 or c << 8; a few old writers stored c itself.
+Result<std::vector<std::uint32_t>> read_palette(TIFF* tiff, const std::string& name, int bits, std::optional<double> nodata) {
+  std::uint16_t* red = nullptr;
+  std::uint16_t* green = nullptr;
+  std::uint16_t* blue = nullptr;
+  if (bits > 16 || TIFFGetField(tiff, TIFFTAG_COLORMAP, &red, &green, &blue) == 0) {
+    return fail(ErrorCode::kInvalidData, name + ": a palette picture (PhotometricInterpretation 3) without a usable ColorMap");
+  }
+  const std::size_t colors = std::size_t{1} << bits;
+  bool wide = false;
+  for (std::size_t i = 0; i < colors; ++i) wide = wide || red[i] > 255 || green[i] > 255 || blue[i] > 255;
+  const int shift = wide ? 8 : 0;
+  std::vector<std::uint32_t> palette(colors);
+  for (std::size_t i = 0; i < colors; ++i) {
+    const std::uint32_t alpha = nodata && *nodata == static_cast<double>(i) ? 0 : 255;
+    palette[i] = static_cast<std::uint32_t>(red[i] >> shift) | static_cast<std::uint32_t>(green[i] >> shift) << 8 |
+                 static_cast<std::uint32_t>(blue[i] >> shift) << 16 | alpha << 24;
+  }
+  return palette;
+}
+
+Result<void> read_blocks(TIFF* tiff, const std::string& name, TiffLayout& layout) {
+  layout.tiled = TIFFIsTiled(tiff) != 0;
+  std::uint32_t block_width = static_cast<std::uint32_t>(layout.width);
+  std::uint32_t block_height = 0;
+  if (layout.tiled) {
+    TIFFGetField(tiff, TIFFTAG_TILEWIDTH, &block_width);
+    TIFFGetField(tiff, TIFFTAG_TILELENGTH, &block_height);
+  } else {
+    TIFFGetFieldDefaulted(tiff, TIFFTAG_ROWSPERSTRIP, &block_height);
+    block_height = static_cast<std::uint32_t>(std::min<std::int64_t>(block_height, layout.height));
+  }
+  if (block_width == 0 || block_height == 0) return fail(ErrorCode::kInvalidData, name + ": blocks of no size");
+  layout.block_width = block_width;
+  layout.block_height = block_height;
+  layout.blocks_across = (layout.width + block_width - 1) / block_width;
+  layout.blocks_down = (layout.height + block_height - 1) / block_height;
+  const std::int64_t planes = layout.planar_separate ? layout.samples_per_pixel : 1;
+  if (layout.blocks_across > kMaxBlocks / layout.blocks_down / planes) {
+    return unsupported(name, fmt::format("{} x {} blocks are more than this program reads", layout.blocks_across, layout.blocks_down));
+  }
+  return {};
+}
+
+// Which band is alpha, and of which kind.
+void read_alpha(TIFF* tiff, TiffLayout& layout) {
+  std::uint16_t extra_count = 0;
+  std::uint16_t* extra = nullptr;
+  TIFFGetFieldDefaulted(tiff, TIFFTAG_EXTRASAMPLES, &extra_count, &extra);
+  for (int i = 0; i < extra_count && i < layout.samples_per_pixel; ++i) {
+    if (extra[i] != EXTRASAMPLE_ASSOCALPHA && extra[i] != EXTRASAMPLE_UNASSALPHA) continue;
+    layout.alpha_band = layout.samples_per_pixel - extra_count + i;
+    layout.alpha_is_associated = extra[i] == EXTRASAMPLE_ASSOCALPHA;
+    return;
+  }
+}
+
+Result<void> read_color(TIFF* tiff, const std::string& name, bool expand_palette, TiffLayout& layout) {
+  std::uint16_t photometric = PHOTOMETRIC_MINISBLACK;
+  TIFFGetField(tiff, TIFFTAG_PHOTOMETRIC, &photometric);
+  const bool is_unsigned =
+      layout.sample_type == SampleType::kUint8 || layout.sample_type == SampleType::kUint16 || layout.sample_type == SampleType::kUint32;
+  switch (photometric) {
+    case PHOTOMETRIC_MINISBLACK:
+    case PHOTOMETRIC_RGB:
+    case PHOTOMETRIC_MASK: break;
+    case PHOTOMETRIC_MINISWHITE:
+      layout.invert = is_unsigned;  // for signed numbers and floats the tag is a writer's slip
+      break;
+    case PHOTOMETRIC_PALETTE: {
+      if (!expand_palette || layout.samples_per_pixel != 1) break;
+      if (!is_unsigned) return unsupported(name, "palette indices that are not unsigned integers");
+      VT_ASSIGN(layout.palette, read_palette(tiff, name, layout.bits, layout.nodata));
+      layout.bands = layout.nodata ? 4 : 3;  // the nodata index has no colour but transparency
+      if (layout.nodata) layout.alpha_band = 3;
+      layout.nodata.reset();
+      layout.sample_type = SampleType::kUint8;
+      break;
+    }
+    case PHOTOMETRIC_YCBCR:
+      if (layout.compression == COMPRESSION_JPEG) break;  // the JPEG decoder gives RGB
+      [[fallthrough]];
+    case PHOTOMETRIC_SEPARATED:
+    case PHOTOMETRIC_CIELAB: {
+      std::array<char, 1024> reason{};
+      if (layout.bits != 8 || TIFFRGBAImageOK(tiff, reason.data()) == 0) {
+        return unsupported(name, fmt::format("PhotometricInterpretation {} with {} bits: convert the picture to RGB first {}", photometric, layout.bits,
+                                             reason.data()));
+      }
+      layout.recipe = SampleRecipe::kLibtiffRgba;
+      layout.bands = 3;
+      layout.alpha_band = -1;
+      layout.alpha_is_associated = false;
+      layout.planar_separate = false;
+      break;
+    }
+    default: return unsupported(name, fmt::format("PhotometricInterpretation {}: convert the picture to RGB or grey first", photometric));
+  }
+  return {};
+}
+
+std::optional<geo::GeoTransform> transform_from_tags(TIFF* tiff, bool pixel_is_point) {
+  std::optional<geo::GeoTransform> transform;
+  const std::vector<double> scale = tag_numbers(tiff, kModelPixelScale);
+  const std::vector<double> tie = tag_numbers(tiff, kModelTiepoint);
+  const std::vector<double> matrix = tag_numbers(tiff, kModelTransformation);
+  if (scale.size() >= 2 && scale[0] != 0.0 && scale[1] != 0.0 && tie.size() >= 6) {
+    // Rows run south by definition; a negative scale is taken for a writer's slip, as GDAL does.
+    const double x_step = scale[0];
+    const double y_step = -std::abs(scale[1]);
+    transform = geo::GeoTransform{
+        .x0 = tie[3] - tie[0] * x_step, .x_column = x_step, .x_row = 0.0, .y0 = tie[4] - tie[1] * y_step, .y_column = 0.0, .y_row = y_step};
+  } else if (matrix.size() >= 8) {
+    transform =
+        geo::GeoTransform{.x0 = matrix[3], .x_column = matrix[0], .x_row = matrix[1], .y0 = matrix[7], .y_column = matrix[4], .y_row = matrix[5]};
+  }
+  if (!transform) return std::nullopt;
+  const bool finite = std::isfinite(transform->x0) && std::isfinite(transform->y0);
+  if (!finite || !transform->inverse()) return std::nullopt;
+  if (pixel_is_point) {  // the tags name the centre of the first sample; we want its outer corner
+    transform->x0 -= 0.5 * (transform->x_column + transform->x_row);
+    transform->y0 -= 0.5 * (transform->y_column + transform->y_row);
+  }
+  return transform;
+}
+
+}  // namespace
+
+std::int64_t TiffLayout::rows_in_block(std::int64_t block_y) const { return std::min(block_height, height - block_y * block_height); }
+
+std::string compression_name(std::uint16_t compression) {
+  switch (compression) {
+    case COMPRESSION_NONE: return "none";
+    case COMPRESSION_CCITTRLE: return "ccitt rle";
+    case COMPRESSION_CCITTFAX3: return "ccitt fax 3";
+    case COMPRESSION_CCITTFAX4: return "ccitt fax 4";
+    case COMPRESSION_LZW: return "lzw";
+    case COMPRESSION_OJPEG: return "old jpeg";
+    case COMPRESSION_JPEG: return "jpeg";
+    case COMPRESSION_ADOBE_DEFLATE:
+    case COMPRESSION_DEFLATE: return "deflate";
+    case COMPRESSION_PACKBITS: return "packbits";
+    case COMPRESSION_NEXT: return "next";
+    case COMPRESSION_THUNDERSCAN: return "thunderscan";
+    case COMPRESSION_LERC: return "lerc";
+    case COMPRESSION_LZMA: return "lzma";
+    case COMPRESSION_ZSTD: return "zstd";
+    case COMPRESSION_WEBP: return "webp";
+    default: return fmt::format("compression {}", compression);
+  }
+}
+
+Result<TiffLayout> read_tiff_layout(const TiffHandle& handle, const std::string& name, bool expand_palette) {
+  TIFF* tiff = handle.get();
+  TiffLayout layout;
+  std::uint32_t width = 0;
+  std::uint32_t height = 0;
+  std::uint16_t samples = 1;
+  std::uint16_t bits = 1;
+  std::uint16_t format = SAMPLEFORMAT_UINT;
+  std::uint16_t planar = PLANARCONFIG_CONTIG;
+  std::uint16_t orientation = ORIENTATION_TOPLEFT;
+  std::uint16_t fill_order = FILLORDER_MSB2LSB;
+  if (TIFFGetField(tiff, TIFFTAG_IMAGEWIDTH, &width) == 0 || TIFFGetField(tiff, TIFFTAG_IMAGELENGTH, &height) == 0 || width == 0 || height == 0) {
+    return fail(ErrorCode::kInvalidData, fmt::format("{}: the TIFF directory gives a size of {} x {}", name, width, height));
+  }
+  TIFFGetFieldDefaulted(tiff, TIFFTAG_SAMPLESPERPIXEL, &samples);
+  TIFFGetFieldDefaulted(tiff, TIFFTAG_BITSPERSAMPLE, &bits);
+  TIFFGetFieldDefaulted(tiff, TIFFTAG_SAMPLEFORMAT, &format);
+  TIFFGetFieldDefaulted(tiff, TIFFTAG_PLANARCONFIG, &planar);
+  TIFFGetFieldDefaulted(tiff, TIFFTAG_ORIENTATION, &orientation);
+  TIFFGetFieldDefaulted(tiff, TIFFTAG_FILLORDER, &fill_order);
+  TIFFGetFieldDefaulted(tiff, TIFFTAG_COMPRESSION, &layout.compression);
+
+  layout.width = width;
+  layout.height = height;
+  layout.samples_per_pixel = samples;
+  layout.bits = bits;
+  layout.bands = samples;
+  layout.planar_separate = planar == PLANARCONFIG_SEPARATE && samples > 1;
+  layout.fill_order_reversed = fill_order == FILLORDER_LSB2MSB;
+  layout.byte_swapped = TIFFIsByteSwapped(tiff) != 0;
+
+  if (TIFFIsCODECConfigured(layout.compression) == 0) {
+    return unsupported(name, fmt::format("Compression (tag 259) is {}, {}: this libtiff cannot decode it; rewrite the file with deflate or zstd",
+                                         layout.compression, compression_name(layout.compression)));
+  }
+  if (orientation != ORIENTATION_TOPLEFT) {
+    return unsupported(name, fmt::format("Orientation (tag 274) is {}: only rows from the top and columns from the left (1) are read", orientation));
+  }
+  if (samples == 0 || samples > kMaxBands) return unsupported(name, fmt::format("SamplesPerPixel (tag 277) is {}", samples));
+  if (layout.compression == COMPRESSION_JPEG && bits != 8) return unsupported(name, fmt::format("JPEG with {} bits a sample", bits));
+  VT_ASSIGN(const SampleKind kind, sample_kind(name, format, bits));
+  layout.recipe = kind.recipe;
+  layout.sample_type = kind.type;
+  layout.max_code = bits >= 32 ? 4294967295.0 : static_cast<double>((std::uint64_t{1} << bits) - 1);
+
+  layout.nodata = parse_nodata(tag_text(tiff, kGdalNodata));
+  if (layout.nodata && layout.sample_type == SampleType::kFloat32) layout.nodata = as_float32(*layout.nodata);
+  layout.fill = layout.nodata;
+  read_alpha(tiff, layout);
+  VT_CHECK(read_color(tiff, name, expand_palette, layout));
+  if (layout.invert && layout.nodata) layout.nodata = invert_code(layout, *layout.nodata);
+  VT_CHECK(read_blocks(tiff, name, layout));
+  if (layout.alpha_is_associated && layout.planar_separate) {
+    return unsupported(name, "associated alpha (ExtraSamples 1) in separate planes; rewrite the file with bands interleaved");
+  }
+  return layout;
+}
+
+TiffPlace read_tiff_place(const TiffHandle& handle) {
+  TIFF* tiff = handle.get();
+  geo::GeoKeyTags tags;
+  for (const double value : tag_numbers(tiff, kGeoKeyDirectory)) {
+    tags.directory.push_back(value >= 0.0 && value <= 65535.0 ? static_cast<std::uint16_t>(value) : std::uint16_t{0});
+  }
+  tags.doubles = tag_numbers(tiff, kGeoDoubleParams);
+  tags.ascii = tag_text(tiff, kGeoAsciiParams);
+  TiffPlace place;
+  place.keys = geo::crs_from_geo_keys(tags);
+  place.transform = transform_from_tags(tiff, place.keys.pixel_is_point);
+  return place;
+}
+
+}  // namespace vt::source

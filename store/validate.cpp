@@ -1,0 +1,231 @@
+#include "store/validate.h"
+
+#include <algorithm>
+#include <cassert>
+#include <unordered_set>
+#include <utility>
+
+#include "store/file.h"
+#include "store/layout.h"
+#include "store/tile_text.h"
+
+namespace vt::store {
+namespace {
+
+// A ruined store has as many findings as tiles; nobody reads more than this.
+constexpr std::size_t kMaxFindings = 1000;
+
+bool is_error(FaultNumber number) {
+  switch (number) {
+    case FaultNumber::kSuperblockDamaged:
+    case FaultNumber::kUncommittedTail:
+    case FaultNumber::kGarbage:
+    case FaultNumber::kLayerBuilding:
+    case FaultNumber::kTileOutsideData:
+      return false;
+    default:
+      return true;
+  }
+}
+
+enum class Presence { kAbsent, kPresent, kUnknown };
+
+// One pass over everything that the newest generation reaches, level by level from the coarsest, so that a tile's parents have been seen
+// before it.
+class StoreCheck {
+ public:
+  StoreCheck(const Mapping& mapping, const ValidateOptions& options, ValidationReport& report)
+      : bytes_(mapping.bytes()), options_(options), report_(report) {}
+
+  void run() {
+    const auto head = bytes_.first(std::min<std::size_t>(bytes_.size(), kLogStart));
+    for (int slot = 0; slot < 2 && head.size() == kLogStart; ++slot) {
+      const auto block = decode_superblock(head.subspan(static_cast<std::size_t>(slot) * kSuperblockBytes, kSuperblockBytes), slot);
+      if (!block && block.error().number == FaultNumber::kSuperblockDamaged)
+        add(block.error(), "offset " + std::to_string(slot * kSuperblockBytes));
+    }
+    const auto superblock = choose_superblock(head, bytes_.size());
+    if (!superblock) return add(superblock.error(), "superblocks");
+    end_ = superblock->file_end;
+    if (bytes_.size() > end_)
+      add(FaultNumber::kUncommittedTail, "offset " + std::to_string(end_),
+          std::to_string(bytes_.size() - end_) + " bytes after the last commit belong to no generation; the next writer removes them");
+
+    if (const auto catalog = check_catalog(superblock->catalog)) {
+      for (const CatalogLayer& layer : catalog->layers) total_ += layer.info.tiles;
+      for (const CatalogLayer& layer : catalog->layers) check_layer(layer);
+      const std::uint64_t log_bytes = end_ - kLogStart;
+      if (!is_index_damaged_ && log_bytes > reachable_bytes_)
+        add(FaultNumber::kGarbage, "log",
+            std::to_string(log_bytes - reachable_bytes_) + " of " + std::to_string(log_bytes) +
+                " bytes belong to older generations or removed tiles");
+    }
+    report_.bytes_checked = kLogStart + reachable_bytes_;
+  }
+
+ private:
+  struct LayerCheck {
+    const CatalogLayer& layer;
+    LayerInfo counted = {};
+    bool is_whole = true;  // no index page was lost, so the counts mean something
+    std::uint64_t outside_data = 0;
+    TileId first_outside = {};
+  };
+
+  void add(FaultNumber number, std::string place, std::string sentence) {
+    if (report_.findings.size() < kMaxFindings) {
+      report_.findings.push_back({static_cast<int>(number), is_error(number), std::move(place), std::move(sentence)});
+    } else if (report_.findings.size() == kMaxFindings) {
+      report_.findings.push_back({static_cast<int>(FaultNumber::kMoreFindings), true, "report", "there are more findings than are listed"});
+    }
+  }
+  void add(const Fault& fault, std::string place) { add(fault.number, std::move(place), fault.sentence); }
+
+  // Hash, header and padding of one record; counts its bytes.
+  [[nodiscard]] std::optional<std::span<const std::byte>> check_record_at(const Reference& reference, std::uint64_t key,
+                                                                          std::uint32_t raw_bytes, FaultNumber number,
+                                                                          const std::string& place) {
+    reachable_bytes_ += reference.record_bytes();
+    const auto whole = bytes_.subspan(reference.offset, reference.record_bytes());
+    const std::size_t used = kRecordHeaderBytes + reference.stored_bytes;
+    if (!all_zero(whole.subspan(used)))
+      add(FaultNumber::kPadding, place, "bytes that pad its record at offset " + std::to_string(reference.offset) + " are not zero");
+    const auto payload = check_record(whole.first(used), reference, key, raw_bytes);
+    if (payload) return *payload;
+    add(number, place, "record at offset " + std::to_string(reference.offset) + ": " + payload.error());
+    return std::nullopt;
+  }
+
+  [[nodiscard]] std::optional<Catalog> check_catalog(const Reference& reference) {
+    const auto payload = check_record_at(reference, 0, reference.stored_bytes, FaultNumber::kCatalogRecord, "catalog");
+    if (!payload) return std::nullopt;
+    auto catalog = decode_catalog(*payload, end_);
+    if (catalog) return std::move(*catalog);
+    add(catalog.error(), "catalog");
+    return std::nullopt;
+  }
+
+  void check_layer(const CatalogLayer& layer) {
+    LayerCheck check{.layer = layer};
+    const LayerInfo& info = layer.info;
+    const std::string place = "layer " + info.name;
+    if (info.state == LayerState::kBuilding)
+      add(FaultNumber::kLayerBuilding, place, "its build has not come to its end; run the same build again to go on");
+    for (int level = 0; level <= info.finest.value; ++level) {
+      const Reference& root = layer.roots[static_cast<std::size_t>(level)];
+      const Level l{static_cast<std::uint8_t>(level)};
+      if (root.present()) check_page_at(check, root, l, top_height(l), 0);
+    }
+    if (check.outside_data > 0)
+      add(FaultNumber::kTileOutsideData, tile_place(info, check.first_outside),
+          std::to_string(check.outside_data) + " tiles, this one first, have no part in the layer's data rectangle");
+    if (!check.is_whole) return;
+    const auto compare = [&](const char* what, std::uint64_t said, std::uint64_t found) {
+      if (said != found)
+        add(FaultNumber::kLayerCounts, place,
+            "the catalog counts " + std::to_string(said) + " " + what + ", the index " + std::to_string(found));
+    };
+    compare("tiles", info.tiles, check.counted.tiles);
+    compare("constant tiles", info.constant_tiles, check.counted.constant_tiles);
+    compare("stored bytes", info.stored_bytes, check.counted.stored_bytes);
+  }
+
+  void check_page_at(LayerCheck& check, const Reference& reference, Level level, int height, std::uint64_t first_morton) {
+    const LayerInfo& info = check.layer.info;
+    const std::string place = tile_place(info, tile_from_morton(level, first_morton)) + " and what follows";
+    const auto lost = [&] {
+      unsound_pages_.insert(reference.offset);
+      check.is_whole = false;
+      is_index_damaged_ = true;
+    };
+    const auto payload =
+        check_record_at(reference, record_key(info.id, level, first_morton), reference.stored_bytes, FaultNumber::kPageRecord, place);
+    if (!payload) return lost();
+    if (const auto sound = check_page(*payload, level, height, end_); !sound) {
+      add(sound.error(), place);
+      return lost();
+    }
+    for (int slot = 0; slot < kPageSlots; ++slot) {
+      const Reference entry = page_entry(*payload, slot);
+      if (!entry.present()) continue;
+      const std::uint64_t morton = first_morton | (static_cast<std::uint64_t>(slot) << (kPageBits * height));
+      if (height > 0) {
+        check_page_at(check, entry, level, height - 1, morton);
+      } else {
+        check_tile(check, entry, tile_from_morton(level, morton));
+      }
+    }
+  }
+
+  void check_tile(LayerCheck& check, const Reference& reference, TileId tile) {
+    const LayerInfo& info = check.layer.info;
+    check.counted.tiles += 1;
+    check.counted.stored_bytes += reference.record_bytes();
+    report_.tiles_checked += 1;
+    if (options_.progress && report_.tiles_checked % 256 == 0)
+      options_.progress(report_.tiles_checked, std::max(total_, report_.tiles_checked));
+
+    const std::string place = tile_place(info, tile);
+    if (!info.tile_rect(tile.level).contains(tile.x, tile.y) && check.outside_data++ == 0) check.first_outside = tile;
+    // A build goes from the finest level up, and carry layers keep only what a later build needs; everywhere else a tile has its parent.
+    if (info.role == LayerRole::kTexture && info.state == LayerState::kComplete && tile.level.value > 0 &&
+        find(check.layer, parent_of(tile)) == Presence::kAbsent)
+      add(FaultNumber::kParentAbsent, place, "its parent is absent, so readers coming from above never find it");
+
+    if (reference.kind == ReferenceKind::kConstant) {
+      check.counted.constant_tiles += 1;
+      const std::size_t block_bytes = format_info(info.format).block_bytes;
+      // A shared record is checked once a format.
+      if (!constants_.insert(reference.offset * 32 + block_bytes).second) return;
+      static_cast<void>(check_record_at(reference, 0, static_cast<std::uint32_t>(block_bytes), FaultNumber::kTileRecord, place));
+      return;
+    }
+    const std::size_t raw_bytes = info.tile_payload_bytes();
+    const auto payload = check_record_at(reference, record_key(info.id, tile.level, morton_code(tile.x, tile.y)),
+                                         static_cast<std::uint32_t>(raw_bytes), FaultNumber::kTileRecord, place);
+    if (!payload || !options_.decode_tiles || reference.codec == Codec::kRaw) return;
+    decoded_.resize(raw_bytes);
+    if (const auto decoded = decode_payload(reference.codec, *payload, decoded_); !decoded)
+      add(FaultNumber::kTileDecode, place, "record at offset " + std::to_string(reference.offset) + ": " + decoded.error().message);
+  }
+
+  // Over pages that were checked before, because coarser levels come first.
+  [[nodiscard]] Presence find(const CatalogLayer& layer, TileId tile) const {
+    const std::uint64_t morton = morton_code(tile.x, tile.y);
+    Reference at = layer.roots[tile.level.value];
+    for (int height = top_height(tile.level); height >= 0; --height) {
+      if (!at.present()) return Presence::kAbsent;
+      if (unsound_pages_.contains(at.offset)) return Presence::kUnknown;
+      at = page_entry(bytes_.subspan(at.offset + kRecordHeaderBytes, at.stored_bytes), page_slot(morton, height));
+    }
+    return at.present() ? Presence::kPresent : Presence::kAbsent;
+  }
+
+  std::span<const std::byte> bytes_;
+  const ValidateOptions& options_;
+  ValidationReport& report_;
+  std::uint64_t end_ = 0;
+  std::uint64_t total_ = 0;
+  std::uint64_t reachable_bytes_ = 0;
+  bool is_index_damaged_ = false;
+  std::unordered_set<std::uint64_t> unsound_pages_;
+  std::unordered_set<std::uint64_t> constants_;  // offset and size of those already checked
+  std::vector<std::byte> decoded_;
+};
+
+}  // namespace
+
+bool ValidationReport::ok() const {
+  return std::none_of(findings.begin(), findings.end(), [](const Finding& finding) { return finding.is_error; });
+}
+
+Result<ValidationReport> validate(const std::filesystem::path& path, const ValidateOptions& options) {
+  VT_ASSIGN(const File file, File::open(path, File::Mode::kRead));
+  VT_ASSIGN(const std::uint64_t file_bytes, file.size());
+  VT_ASSIGN(const Mapping mapping, Mapping::map(file, file_bytes));
+  ValidationReport report;
+  StoreCheck(mapping, options, report).run();
+  return report;
+}
+
+}  // namespace vt::store

@@ -1,0 +1,135 @@
+// Several sources, other grids, other projections.
+#include <gtest/gtest.h>
+
+#include "builder/resample/grid_warp.h"
+#include "tests/pipeline/small_builds.h"
+
+namespace vt::pipeline {
+namespace {
+
+double noisy_code(std::int64_t x, std::int64_t y, int band) { return (x + y) % 100 + hash_noise(x, y, band) % 100 + 20; }
+
+TEST(Mosaic, PiecesOnOneGridEqualTheWhole) {
+  const test::TempFolder folder;
+  const RasterSpec whole{.width = 180, .height = 140};
+  write_raster(folder / "whole.tif", whole, noisy_code);
+  std::vector<std::filesystem::path> pieces;
+  // Four pieces with an overlap; the first is not the north-western one.
+  for (const TexelRect& part : {TexelRect{90, 60, 90, 80}, TexelRect{0, 0, 95, 70}, TexelRect{80, 0, 100, 70}, TexelRect{0, 60, 100, 80}}) {
+    RasterSpec spec = whole;
+    spec.width = part.width;
+    spec.height = part.height;
+    spec.transform.x0 += static_cast<double>(part.x) * spec.transform.x_column;
+    spec.transform.y0 += static_cast<double>(part.y) * spec.transform.y_row;
+    pieces.push_back(folder / ("piece" + std::to_string(pieces.size()) + ".tif"));
+    write_raster(pieces.back(), spec, [&](std::int64_t x, std::int64_t y, int band) { return noisy_code(x + part.x, y + part.y, band); });
+  }
+  build(folder / "whole.vts", request_for({folder / "whole.tif"}, ChannelType::kColor));
+  for (const int block_levels : {1, 3}) {
+    const auto path = folder / ("pieces" + std::to_string(block_levels) + ".vts");
+    build(path, request_for(pieces, ChannelType::kColor), {.block_levels = block_levels});
+    EXPECT_EQ(tiles_of(path, "color"), tiles_of(folder / "whole.vts", "color"));
+  }
+}
+
+TEST(Mosaic, LaterSourcesLieOverEarlierOnes) {
+  const test::TempFolder folder;
+  const RasterSpec spec{.width = 40, .height = 40};
+  write_raster(folder / "below.tif", spec, [](auto, auto, int) { return 10.0; });
+  RasterSpec above = spec;
+  above.nodata = 0.0;
+  write_raster(folder / "above.tif", above, [](std::int64_t x, auto, int) { return x < 20 ? 0.0 : 200.0; });
+  build(folder / "a.vts", request_for({folder / "below.tif", folder / "above.tif"}, ChannelType::kColor));
+  const Tiles tiles = tiles_of(folder / "a.vts", "color");
+  EXPECT_EQ((texel_at<std::uint8_t, 3>(tiles, 5, Level{1}, 19, 5))[0], 10) << "no data above lets the layer below through";
+  EXPECT_EQ((texel_at<std::uint8_t, 3>(tiles, 5, Level{1}, 20, 5))[0], 200);
+}
+
+// A raster whose values are its own eastings (or northings): whatever is resampled from it says where it was taken from.
+TEST(Resampling, PutsEveryTexelWithinAHundredthOfItsPlace) {
+  const test::TempFolder folder;
+  const geo::Crs utm = utm33();
+  const geo::Crs geographic = geo::Crs::from_epsg(4326).value();
+  for (const bool eastings : {true, false}) {
+    RasterSpec spec{.width = 400, .height = 300, .bands = 1, .type = SampleType::kFloat32};
+    spec.transform = {600000.0, 10.0, 0.0, 7000000.0, 0.0, -10.0};
+    // Offsets keep the numbers small, so that floats hold them to 2e-4 m.
+    write_raster(folder / "place.tif", spec, [&](std::int64_t x, std::int64_t y, int) {
+      return eastings ? (static_cast<double>(x) + 0.5) * 10.0 : -(static_cast<double>(y) + 0.5) * 10.0;
+    });
+    LayerRequest request = request_for({folder / "place.tif"}, ChannelType::kElevation);
+    request.crs = geographic;
+    const auto path = folder / (eastings ? "e.vts" : "n.vts");
+    build(path, request, {.block_levels = 2});
+    auto reader = store::StoreReader::open(path);
+    const LayerInfo& layer = *reader->find_layer("elevation");
+    const VtMapping mapping(reader->description().area, layer);
+    const Tiles tiles = tiles_of(path, "elevation");
+    int checked = 0;
+    for (std::int64_t y = 0; y < layer.data.height; y += 3)
+      for (std::int64_t x = 0; x < layer.data.width; x += 3) {
+        const Point2 lonlat = mapping.crs_from_texel(layer.finest, {static_cast<double>(x) + 0.5, static_cast<double>(y) + 0.5});
+        const Point2 place = utm.crs_from_lonlat(lonlat).value();
+        const double wanted = eastings ? place.x - 600000.0 : place.y - 7000000.0;
+        // Half a sample from the edge the outermost sample is repeated.
+        const double margin = 6.0;
+        const bool inside = place.x > 600000 + margin && place.x < 604000 - margin && place.y < 7000000 - margin && place.y > 6997000 + margin;
+        if (!inside) continue;
+        const float found = texel_at<float, 1>(tiles, 5, layer.finest, x, y)[0];
+        ASSERT_NEAR(found, wanted, 0.01 * 10.0) << "texel " << x << "," << y;
+        ++checked;
+      }
+    EXPECT_GT(checked, 5000);
+  }
+}
+
+TEST(Resampling, TheLatticeAgreesWithTheProjections) {
+  const geo::Crs utm = utm33();
+  const geo::Crs geographic = geo::Crs::from_epsg(4326).value();
+  // Far from the central meridian and far north, where the map bends most.
+  const resample::GridWarp warp({22.0, 70.0, 0.002, 0.001}, geographic, {900000.0, 30.0, 0.0, 7900000.0, 0.0, -30.0}, utm);
+  const TexelRect rect{5, 11, 100, 90};
+  std::vector<Point2> positions(static_cast<std::size_t>(rect.width * rect.height));
+  warp.map_centres(rect, positions);
+  for (std::int64_t y = 0; y < rect.height; ++y)
+    for (std::int64_t x = 0; x < rect.width; ++x) {
+      const Point2 exact = warp.exact({static_cast<double>(rect.x + x) + 0.5, static_cast<double>(rect.y + y) + 0.5});
+      const Point2& found = positions[static_cast<std::size_t>(y * rect.width + x)];
+      // The cell's centre is checked; elsewhere in the cell a smooth map errs no more than a little beyond that.
+      ASSERT_NEAR(found.x, exact.x, 2 * resample::GridWarp::kTolerance);
+      ASSERT_NEAR(found.y, exact.y, 2 * resample::GridWarp::kTolerance);
+    }
+  // Cutting the work differently gives the same positions, bit for bit.
+  std::vector<Point2> one(1);
+  for (const auto& [x, y] : {std::pair{5, 11}, {63, 40}, {64, 64}, {104, 100}}) {
+    warp.map_centres({x, y, 1, 1}, one);
+    const Point2& in_rect = positions[static_cast<std::size_t>((y - rect.y) * rect.width + (x - rect.x))];
+    EXPECT_EQ(one[0].x, in_rect.x);
+    EXPECT_EQ(one[0].y, in_rect.y);
+  }
+}
+
+TEST(Resampling, ARotatedRasterComesOutUpright) {
+  const test::TempFolder folder;
+  RasterSpec spec{.width = 200, .height = 200, .bands = 1, .type = SampleType::kFloat32};
+  const double c = std::cos(0.5) * 2.0;
+  const double s = std::sin(0.5) * 2.0;
+  spec.transform = {500000.0, c, s, 5400000.0, s, -c};
+  write_raster(folder / "turned.tif", spec, [&](std::int64_t x, std::int64_t y, int) {
+    return spec.transform.crs_from_raster({static_cast<double>(x) + 0.5, static_cast<double>(y) + 0.5}).x - 500000.0;
+  });
+  build(folder / "a.vts", request_for({folder / "turned.tif"}, ChannelType::kElevation));
+  auto reader = store::StoreReader::open(folder / "a.vts");
+  const LayerInfo& layer = *reader->find_layer("elevation");
+  const VtMapping mapping(reader->description().area, layer);
+  const Tiles tiles = tiles_of(folder / "a.vts", "elevation");
+  // The middle of the square, well inside.
+  for (std::int64_t y = layer.data.height / 2 - 40; y < layer.data.height / 2 + 40; y += 7)
+    for (std::int64_t x = layer.data.width / 2 - 40; x < layer.data.width / 2 + 40; x += 7) {
+      const Point2 place = mapping.crs_from_texel(layer.finest, {static_cast<double>(x) + 0.5, static_cast<double>(y) + 0.5});
+      EXPECT_NEAR((texel_at<float, 1>(tiles, 5, layer.finest, x, y))[0], place.x - 500000.0, 0.01 * 2.0);
+    }
+}
+
+}  // namespace
+}  // namespace vt::pipeline

@@ -1,0 +1,98 @@
+#include "builder/pyramid/reduce_rows.h"
+
+#include <gtest/gtest.h>
+#include <hwy/targets.h>
+
+#include <cmath>
+#include <cstring>
+#include <random>
+#include <vector>
+
+namespace vt::pyramid {
+namespace {
+
+// The definition, one value at a time, in the order that the header promises.
+template <class At>
+float weighted_pairs(const HalvingKernel& kernel, const At& at) {
+  float sum = kernel.weight[0] * (at(0) + at(kernel.taps - 1));
+  for (int t = 1; t < kernel.taps / 2; ++t) sum = sum + kernel.weight[static_cast<std::size_t>(t)] * (at(t) + at(kernel.taps - 1 - t));
+  return sum;
+}
+
+std::vector<float> noise(std::size_t count, unsigned seed) {
+  std::mt19937 random(seed);
+  std::uniform_real_distribution<float> uniform(-1.0F, 1.0F);
+  std::vector<float> values(count);
+  for (float& v : values) v = uniform(random);
+  return values;
+}
+
+class ReduceRows : public testing::TestWithParam<std::int64_t> {
+ protected:
+  void SetUp() override {
+    if ((hwy::SupportedTargets() & GetParam()) == 0) GTEST_SKIP() << "this processor has no " << hwy::TargetName(GetParam());
+    hwy::SetSupportedTargetsForTest(GetParam());
+    hwy::GetChosenTarget().Update(hwy::SupportedTargets());
+  }
+  void TearDown() override {
+    hwy::SetSupportedTargetsForTest(0);
+    hwy::GetChosenTarget().Update(hwy::SupportedTargets());
+  }
+};
+
+TEST_P(ReduceRows, CombineIsTheDefinitionBitForBit) {
+  for (const HalvingKernel& kernel : {box_kernel(), kaiser3_kernel()})
+    for (std::size_t count : {1U, 3U, 16U, 17U, 63U, 257U}) {
+      std::vector<std::vector<float>> rows;
+      std::vector<const float*> pointers;
+      for (int t = 0; t < kernel.taps; ++t) rows.push_back(noise(count, static_cast<unsigned>(t) + 7));
+      for (const auto& row : rows) pointers.push_back(row.data());
+      std::vector<float> out(count + 1, 42.0F);
+      combine_rows(pointers.data(), kernel, count, out.data());
+      for (std::size_t i = 0; i < count; ++i)
+        ASSERT_EQ(out[i], weighted_pairs(kernel, [&](int t) { return rows[static_cast<std::size_t>(t)][i]; })) << kernel.name << " " << count << " " << i;
+      EXPECT_EQ(out[count], 42.0F) << "wrote past the end";
+    }
+}
+
+TEST_P(ReduceRows, HalveIsTheDefinitionBitForBit) {
+  for (const HalvingKernel& kernel : {box_kernel(), kaiser3_kernel()})
+    for (std::size_t count : {1U, 3U, 16U, 17U, 63U, 257U}) {
+      const int reach = kernel.reach();
+      const std::vector<float> padded = noise(2 * count + 2 * static_cast<std::size_t>(reach) + 2, 3);
+      const float* row = padded.data() + reach + 1;
+      std::vector<float> out(count + 1, 42.0F);
+      std::vector<float> scratch(halve_scratch_floats(count));
+      halve_row(row, kernel, count, scratch.data(), out.data());
+      for (std::size_t i = 0; i < count; ++i)
+        ASSERT_EQ(out[i], weighted_pairs(kernel, [&](int t) { return row[2 * static_cast<std::ptrdiff_t>(i) - reach + t]; })) << kernel.name << " " << i;
+      EXPECT_EQ(out[count], 42.0F) << "wrote past the end";
+    }
+}
+
+TEST_P(ReduceRows, RoundingStaysWithinWhatTwelveProductsAllow) {
+  const HalvingKernel& kernel = kaiser3_kernel();
+  const std::size_t count = 500;
+  const std::vector<float> padded = noise(2 * count + 12, 5);
+  const float* row = padded.data() + kernel.reach() + 1;
+  std::vector<float> out(count);
+  std::vector<float> scratch(halve_scratch_floats(count));
+  halve_row(row, kernel, count, scratch.data(), out.data());
+  for (std::size_t i = 0; i < count; ++i) {
+    long double exact = 0.0L;
+    long double magnitude = 0.0L;
+    for (int t = 0; t < kernel.taps; ++t) {
+      const long double product = static_cast<long double>(kernel.weight[static_cast<std::size_t>(t)]) * row[2 * static_cast<std::ptrdiff_t>(i) - kernel.reach() + t];
+      exact += product;
+      magnitude += std::abs(product);
+    }
+    // 6 pair sums, 6 products, 5 additions: each rounds by at most 2^-24 of what it holds.
+    EXPECT_NEAR(out[i], static_cast<double>(exact), 7 * 0x1p-24 * static_cast<double>(magnitude));
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Targets, ReduceRows, testing::Values(HWY_EMU128, HWY_SSSE3, HWY_SSE4, HWY_AVX2, HWY_AVX3, HWY_AVX3_DL),
+                         [](const auto& target) { return std::string(hwy::TargetName(target.param)); });
+
+}  // namespace
+}  // namespace vt::pyramid

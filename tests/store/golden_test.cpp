@@ -1,0 +1,312 @@
+// The golden stores and the format document's hex dump. To write them anew after a change of the format, and see in git what changed:
+//   VT_REWRITE_GOLDENS=1 build/dev/bin/store_test --gtest_filter='Golden*'
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cstdio>
+#include <cstdlib>
+#include <functional>
+#include <set>
+
+#include "store/layout.h"
+#include "store/store_reader.h"
+#include "store/store_writer.h"
+#include "store/validate.h"
+#include "tests/store/reseal.h"
+#include "tests/store/store_support.h"
+
+namespace vt::store {
+namespace {
+
+using namespace test;
+
+const std::filesystem::path kSource = VT_SOURCE_DIR;
+
+bool is_rewriting() { return std::getenv("VT_REWRITE_GOLDENS") != nullptr; }
+
+TileId tile_at(int level, std::uint32_t x, std::uint32_t y) { return {Level{static_cast<std::uint8_t>(level)}, x, y}; }
+
+// Stores get a random UUID; goldens must not.
+void set_uuid(Bytes& store) {
+  for (const std::size_t slot : {std::size_t{0}, kSuperblockBytes})
+    for (std::size_t i = 0; i < 16; ++i) store[slot + 16 + i] = static_cast<std::byte>(i * 0x11);
+  reseal(store);
+}
+
+// One layer of one 4x4 RGB8 tile: every structure once.
+Bytes smallest_store() {
+  const ScratchFolder folder;
+  StoreWriter writer = value_of(StoreWriter::create(folder / "a.vts", {}));
+  LayerInfo layer = small_layer("color", TexelFormat::kRgb8, 2, 0);
+  layer.transfer = Transfer::kSrgb;
+  const LayerId id = value_of(writer.add_layer(layer));
+  Bytes tile(layer.tile_payload_bytes());
+  for (std::size_t i = 0; i < tile.size(); ++i) tile[i] = static_cast<std::byte>(i);
+  succeed(writer.put(id, {}, encoded(tile)));
+  succeed(writer.set_state(id, LayerState::kComplete));
+  succeed(writer.finish());
+  Bytes bytes = read_file(folder / "a.vts");
+  set_uuid(bytes);
+  return bytes;
+}
+
+// Every format, raw, compressed and constant tiles, a carry layer, an index two pages deep, an older generation.
+Contents rich_contents;
+Bytes rich_store() {
+  const ScratchFolder folder;
+  Contents& truth = rich_contents;
+  truth.clear();
+  StoreWriter writer = value_of(StoreWriter::create(
+      folder / "a.vts", {.area = {.west = 178.0, .south = -18.0, .east = 182.0, .north = -16.0}, .metadata_json = R"({"note":"golden"})"}));
+  const auto put = [&](const LayerInfo& layer, LayerId id, TileId tile, Compression compression) {
+    truth[{layer.name, tile}] = tile_bytes(layer, tile);
+    succeed(writer.put(id, tile, encoded(truth[{layer.name, tile}], compression)));
+  };
+  int number = 0;
+  for (const TexelFormat format : {TexelFormat::kRgb8, TexelFormat::kRgba8, TexelFormat::kBc1, TexelFormat::kR32Float, TexelFormat::kRg32Float,
+                                   TexelFormat::kRgba32Float}) {
+    const LayerInfo layer = small_layer(std::string(format_info(format).name), format, 3, 1);
+    const LayerId id = value_of(writer.add_layer(layer));
+    put(layer, id, tile_at(0, 0, 0), {});
+    put(layer, id, tile_at(1, static_cast<std::uint32_t>(number % 2), 1), {Codec::kZstd, 3});
+    Bytes constant(layer.tile_payload_bytes());
+    const std::size_t block = format_info(format).block_bytes;
+    for (std::size_t i = 0; i < constant.size(); ++i) constant[i] = static_cast<std::byte>(i % block + 1);
+    const TileId tile = tile_at(1, static_cast<std::uint32_t>(number % 2), 0);
+    succeed(writer.put_constant(id, tile, std::span(constant).first(block)));
+    truth[{layer.name, tile}] = constant;
+    succeed(writer.set_state(id, LayerState::kComplete));
+    ++number;
+  }
+  succeed(writer.commit());
+  LayerInfo carry = small_layer("rgb8 carry", TexelFormat::kRgba32Float, 2, 1);
+  carry.role = LayerRole::kCarry;
+  carry.owner = {0};
+  const LayerId carry_id = value_of(writer.add_layer(carry));
+  put(carry, carry_id, tile_at(1, 1, 1), {});
+  LayerInfo deep = small_layer("deep", TexelFormat::kRgb8, 2, 6);
+  deep.channel = ChannelType::kElevation;
+  deep.metadata_json = R"({"levels":7})";
+  const LayerId deep_id = value_of(writer.add_layer(deep));
+  for (int level = 0; level <= 6; ++level) put(deep, deep_id, tile_at(level, (1U << level) - 1, 0), {});
+  succeed(writer.set_state(deep_id, LayerState::kComplete));
+  succeed(writer.finish());
+  Bytes bytes = read_file(folder / "a.vts");
+  set_uuid(bytes);
+  return bytes;
+}
+
+std::uint64_t catalog_payload(const Bytes& store) {
+  const auto superblock = choose_superblock(std::span(store).first(kLogStart), store.size());
+  return superblock->catalog.offset + kRecordHeaderBytes;
+}
+Reference root_of(const Bytes& store, std::size_t layer, std::size_t level) {
+  return decode_catalog(std::span(store).subspan(catalog_payload(store)).first(choose_superblock(std::span(store).first(kLogStart), store.size())->catalog.stored_bytes),
+                        store.size())
+      ->layers[layer]
+      .roots[level];
+}
+
+// The only tile of the smallest store.
+Reference tile_of(const Bytes& store) {
+  const Reference page = root_of(store, 0, 0);
+  return page_entry(std::span(store).subspan(page.offset + kRecordHeaderBytes, page.stored_bytes), 0);
+}
+
+// Each fault is one change to the smallest store (or the one named), which is then sealed again where the fault lies behind a checksum.
+struct Bad {
+  const char* name;
+  int finding;
+  bool opens;  // the reader notices when it comes to the damaged part, not before
+  std::function<void(Bytes&)> spoil;
+};
+
+const std::vector<Bad>& bad_stores() {
+  static const std::vector<Bad> bad = {
+      {"both-superblocks-damaged", 102, false,
+       [](Bytes& s) {
+         s[40] ^= std::byte{1};
+         s[kSuperblockBytes + 40] ^= std::byte{1};
+       }},
+      {"later-version", 103, false,
+       [](Bytes& s) {
+         put<std::uint32_t>(s, 8, 2);
+         reseal(s);
+       }},
+      {"reserved-bytes-set", 104, false,
+       [](Bytes& s) {
+         s[2000] = std::byte{1};
+         reseal(s);
+       }},
+      {"truncated", 105, false, [](Bytes& s) { s.resize(s.size() - 64); }},
+      {"catalog-checksum", 202, false, [](Bytes& s) { s[catalog_payload(s) + 100] ^= std::byte{1}; }},
+      {"layer-tile-exponent", 204, false,
+       [](Bytes& s) {
+         s[catalog_payload(s) + 48 + 9] = std::byte{13};
+         reseal(s);
+       }},
+      {"page-rank", 303, true,
+       [](Bytes& s) {
+         s[root_of(s, 0, 0).offset + kRecordHeaderBytes + kPageRanksAt + 4] ^= std::byte{1};
+         reseal(s);
+       }},
+      {"page-entry-outside-file", 304, true,
+       [](Bytes& s) {
+         s[root_of(s, 0, 0).offset + kRecordHeaderBytes + kPageEntriesAt + 4] = std::byte{9};
+         reseal(s);
+       }},
+      {"tile-checksum", 401, true, [](Bytes& s) { s[tile_of(s).offset + kRecordHeaderBytes + 7] ^= std::byte{1}; }},
+      {"counts", 502, true,
+       [](Bytes& s) {
+         s[catalog_payload(s) + 48 + 96] = std::byte{7};
+         reseal(s);
+       }},
+  };
+  return bad;
+}
+
+void compare_or_rewrite(const std::filesystem::path& path, const Bytes& wanted) {
+  if (is_rewriting()) {
+    std::filesystem::create_directories(path.parent_path());
+    write_file(path, wanted);
+  }
+  EXPECT_EQ(read_file(path), wanted) << path << " differs from what this writer makes";
+}
+
+TEST(Golden, TheSmallestStoreIsWrittenByteForByte) { compare_or_rewrite(kSource / "tests/golden/smallest.vts", smallest_store()); }
+
+TEST(Golden, TheRichStoreReadsBackWhateverThisWriterWouldMake) {
+  const Bytes fresh = rich_store();  // also the truth
+  if (is_rewriting()) write_file(kSource / "tests/golden/rich.vts", fresh);
+  // Another zstd may compress in other words, so the golden's bytes are not compared, only what they say.
+  const StoreReader reader = value_of(StoreReader::open(kSource / "tests/golden/rich.vts"));
+  EXPECT_EQ(read_all(reader), rich_contents);
+  EXPECT_EQ(reader.uuid(), "00112233-4455-6677-8899-aabbccddeeff");
+  EXPECT_EQ(reader.generation(), 3U);
+  EXPECT_EQ(reader.description().area.east, 182.0);
+  EXPECT_EQ(reader.find_layer("deep")->metadata_json, R"({"levels":7})");
+  EXPECT_EQ(reader.find_layer("rgb8 carry")->owner, LayerId{0});
+  const auto report = value_of(validate(kSource / "tests/golden/rich.vts"));
+  EXPECT_TRUE(report.ok());
+  std::set<int> numbers;
+  for (const Finding& finding : report.findings) numbers.insert(finding.number);
+  EXPECT_EQ(numbers, (std::set<int>{109, 501}));  // the first catalogs are garbage, the carry layer is unfinished
+}
+
+TEST(Golden, EveryBadStoreIsRefusedForItsOwnFault) {
+  for (const Bad& bad : bad_stores()) {
+    Bytes bytes = smallest_store();
+    bad.spoil(bytes);
+    const auto path = kSource / "tests/golden" / (std::string("bad-") + bad.name + ".vts");
+    compare_or_rewrite(path, bytes);
+
+    const auto report = value_of(validate(path));
+    EXPECT_FALSE(report.ok()) << bad.name;
+    std::set<int> errors;
+    for (const Finding& finding : report.findings)
+      if (finding.is_error) errors.insert(finding.number);
+    EXPECT_EQ(errors, std::set<int>{bad.finding}) << bad.name;
+    const auto reader = StoreReader::open(path);
+    EXPECT_EQ(reader.has_value(), bad.opens) << bad.name;
+    if (!reader) {
+      EXPECT_THAT(reader.error().message, testing::HasSubstr(path.filename().string()));
+    }
+    if (reader && bad.finding < 500) {
+      Bytes out(reader->layers()[0].tile_payload_bytes());
+      const auto read = reader->read(LayerId{0}, {}, out);
+      ASSERT_FALSE(read) << bad.name;
+      EXPECT_EQ(read.error().code, ErrorCode::kCorrupt);
+    }
+  }
+}
+
+// ---- The hex dump in the document ----
+
+std::string dump(const Bytes& store) {
+  const Superblock b = *choose_superblock(std::span(store).first(kLogStart), store.size());
+  const std::uint64_t catalog = b.catalog.offset;
+  const Reference page = root_of(store, 0, 0);
+  const Reference tile = tile_of(store);
+  std::string text;
+  const auto section = [&](const std::string& title, std::uint64_t start, const std::vector<std::pair<std::size_t, std::string>>& parts) {
+    text += "\n" + title + "\n";
+    std::uint64_t at = start;
+    for (const auto& [bytes, meaning] : parts) {
+      std::string hex;
+      const bool is_zero = all_zero(std::span(store).subspan(at, bytes));
+      for (std::size_t i = 0; i < bytes && i < 16; ++i) {
+        char two[4];
+        std::snprintf(two, sizeof two, "%02x ", std::to_integer<unsigned>(store[at + i]));
+        hex += two;
+      }
+      if (bytes > 16) hex = is_zero ? "00 (" + std::to_string(bytes) + " times) " : hex + "... ";
+      char line[160];
+      std::snprintf(line, sizeof line, "%6llu  %-53s%s\n", static_cast<unsigned long long>(at), hex.c_str(), meaning.c_str());
+      text += line;
+      at += bytes;
+    }
+  };
+  const auto superblock = [&](const std::string& title, std::uint64_t start) {
+    section(title, start,
+            {{8, "magic \"VTSTORE1\""}, {4, "version 1"}, {4, "reserved"}, {16, "UUID"}, {8, "generation"}, {8, "file end"},
+             {16, "reference to the catalog"}, {64, "ignorable"}, {3960, "reserved"}, {8, "hash of the 4088 bytes before"}});
+  };
+  const auto header = [](const std::string& type) {
+    return std::vector<std::pair<std::size_t, std::string>>{{8, "hash of all that follows, padding excluded"}, {4, "magic \"VTRC\""}, {1, "type: " + type},
+                                                            {1, "codec: raw"}, {2, "reserved"}, {4, "raw bytes"}, {4, "stored bytes"}, {8, "key"}};
+  };
+  const auto record = [&](const std::string& title, const Reference& reference, const std::string& type, std::vector<std::pair<std::size_t, std::string>> payload) {
+    auto parts = header(type);
+    parts.insert(parts.end(), payload.begin(), payload.end());
+    if (const std::size_t pad = reference.record_bytes() - kRecordHeaderBytes - reference.stored_bytes; pad > 0) parts.emplace_back(pad, "padding");
+    section(title, reference.offset, parts);
+  };
+  superblock("superblock A: generation 2, the newest", 0);
+  superblock("superblock B: generation 1, as the store was created", kSuperblockBytes);
+  record("catalog of generation 0 and 1: no layers (garbage by now)", get_reference(store, kSuperblockBytes + 48), "catalog",
+         {{4, "layers: 0"}, {4, "metadata bytes: 2"}, {8, "west 0.0"}, {8, "south 0.0"}, {8, "east 1.0"}, {8, "north 1.0"}, {8, "reserved"}, {2, "metadata \"{}\""}});
+  record("tile: layer 0, level 0, column 0, row 0", tile, "tile", {{48, "4 x 4 texels of 3 bytes: 00 01 02 ... 2f"}});
+  record("index page: the root, and only leaf, of layer 0, level 0", page, "page",
+         {{2, "entries: 1"}, {1, "height: 0, a leaf"}, {13, "reserved"}, {128, "presence: slot 0 only"}, {2, "rank of word 0: 0"}, {30, "ranks of words 1 to 15: 1 each"},
+          {16, "entry: reference to the tile"}});
+  record("catalog of generation 2", b.catalog, "catalog",
+         {{4, "layers: 1"}, {4, "metadata bytes: 2"}, {8, "west 0.0"}, {8, "south 0.0"}, {8, "east 1.0"}, {8, "north 1.0"}, {8, "reserved"},
+          {2, "layer id: 0"}, {2, "channel type: color"}, {2, "texel format: rgb8"}, {1, "transfer: sRGB"}, {1, "role: texture"}, {1, "state: complete"},
+          {1, "tile exponent: 2"}, {1, "finest level: 0"}, {1, "name bytes: 5"}, {2, "owner: none"}, {1, "reserved"}, {1, "ignorable"}, {4, "metadata bytes: 0"},
+          {4, "reserved"}, {8, "data x: 0"}, {8, "data y: 0"}, {8, "data width: 4"}, {8, "data height: 4"}, {8, "origin x 0.0"}, {8, "origin y 1.0"},
+          {8, "step x 0.25"}, {8, "step y 0.25"}, {8, "source nodata: NaN"}, {8, "tiles: 1"}, {8, "constant tiles: 0"}, {8, "stored bytes: 128"}, {8, "reserved"},
+          {16, "root of level 0: reference to the page"}, {2, "metadata \"{}\""}, {5, "name \"color\""}});
+  text += "\n" + std::to_string(store.size()) + " bytes in all\n";
+  EXPECT_EQ(catalog + b.catalog.record_bytes(), store.size());
+  return text;
+}
+
+TEST(Golden, TheDocumentShowsTheSmallestStore) {
+  const auto path = kSource / "schemas/tile-store.md";
+  const Bytes raw = read_file(path);
+  std::string document(reinterpret_cast<const char*>(raw.data()), raw.size());
+  const std::string begin = "<!-- dump: begin -->\n```text";
+  const std::string end = "```\n<!-- dump: end -->";
+  const std::size_t from = document.find(begin);
+  const std::size_t to = document.find(end);
+  ASSERT_NE(from, std::string::npos);
+  ASSERT_NE(to, std::string::npos);
+  const std::string wanted = dump(smallest_store());
+  if (is_rewriting()) {
+    document.replace(from + begin.size(), to - from - begin.size(), wanted);
+    write_file(path, std::as_bytes(std::span(document)));
+    return;
+  }
+  EXPECT_EQ(document.substr(from + begin.size(), to - from - begin.size()), wanted);
+}
+
+// A fault that can be found has a line in the document.
+TEST(Golden, TheDocumentListsEveryFindingNumber) {
+  const Bytes raw = read_file(kSource / "schemas/tile-store.md");
+  const std::string document(reinterpret_cast<const char*>(raw.data()), raw.size());
+  for (const int number : {101, 102, 103, 104, 105, 106, 107, 108, 109, 199, 201, 202, 203, 204, 205, 301, 302, 303, 304, 401, 402, 403, 404, 501, 502, 503})
+    EXPECT_THAT(document, testing::HasSubstr("| " + std::to_string(number) + " |"));
+}
+
+}  // namespace
+}  // namespace vt::store

@@ -1,0 +1,146 @@
+#include "store/validate.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "store/layout.h"
+#include "store/store_writer.h"
+#include "tests/store/reseal.h"
+#include "tests/store/store_support.h"
+
+namespace vt::store {
+namespace {
+
+using namespace test;
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+TileId tile_at(int level, std::uint32_t x, std::uint32_t y) { return {Level{static_cast<std::uint8_t>(level)}, x, y}; }
+
+// The garbage of earlier catalogs is in every store and left out here.
+std::vector<Finding> findings_in(const std::filesystem::path& path, const ValidateOptions& options = {}) {
+  std::vector<Finding> findings = value_of(validate(path, options)).findings;
+  std::erase_if(findings, [](const Finding& finding) { return finding.number == 109; });
+  return findings;
+}
+std::vector<int> numbers_in(const std::filesystem::path& path, const ValidateOptions& options = {}) {
+  std::vector<int> numbers;
+  for (const Finding& finding : findings_in(path, options)) numbers.push_back(finding.number);
+  return numbers;
+}
+
+struct ValidateTest : testing::Test {
+  ScratchFolder folder;
+  std::filesystem::path path = folder / "a.vts";
+  LayerInfo layer = small_layer("color", TexelFormat::kRgb8, 3, 3);
+
+  // A complete layer with the tiles named.
+  void build(const std::vector<TileId>& tiles, Compression compression = {}) {
+    StoreWriter writer = value_of(StoreWriter::create(path, {}));
+    const LayerId id = value_of(writer.add_layer(layer));
+    for (const TileId tile : tiles) succeed(writer.put(id, tile, encoded(tile_bytes(layer, tile), compression)));
+    succeed(writer.set_state(id, LayerState::kComplete));
+    succeed(writer.finish());
+  }
+};
+
+TEST_F(ValidateTest, FindsNothingInAWholeStore) {
+  build({tile_at(0, 0, 0), tile_at(1, 1, 0), tile_at(2, 2, 1)});
+  EXPECT_THAT(numbers_in(path), IsEmpty());
+  const auto report = value_of(validate(path));
+  EXPECT_TRUE(report.ok());
+  EXPECT_EQ(report.tiles_checked, 3U);
+}
+
+TEST_F(ValidateTest, AMissingFileIsAnErrorNotAFinding) { EXPECT_EQ(validate(path).error().code, ErrorCode::kIo); }
+
+TEST_F(ValidateTest, AnAbsentParentIsAnErrorNamedByItsTile) {
+  build({tile_at(0, 0, 0), tile_at(2, 3, 1)});
+  const auto findings = findings_in(path);
+  ASSERT_EQ(findings.size(), 1U);
+  EXPECT_EQ(findings[0].number, 404);
+  EXPECT_TRUE(findings[0].is_error);
+  EXPECT_EQ(findings[0].place, "layer color, level 2, tile 3,1");
+}
+
+TEST_F(ValidateTest, AnUnfinishedLayerMayLackParentsAndIsStillValid) {
+  StoreWriter writer = value_of(StoreWriter::create(path, {}));
+  const LayerId id = value_of(writer.add_layer(layer));
+  succeed(writer.put(id, tile_at(3, 5, 1), encoded(tile_bytes(layer, tile_at(3, 5, 1)))));
+  succeed(writer.finish());
+  EXPECT_THAT(numbers_in(path), ElementsAre(501));
+  EXPECT_TRUE(value_of(validate(path)).ok());
+}
+
+TEST_F(ValidateTest, CountsTilesOutsideTheDataOnce) {
+  layer.data = {0, 0, 30, 30};
+  build({tile_at(0, 0, 0), tile_at(1, 0, 0), tile_at(1, 1, 1), tile_at(1, 1, 0)});
+  const auto findings = findings_in(path);
+  ASSERT_EQ(findings.size(), 1U);
+  EXPECT_EQ(findings[0].number, 503);
+  EXPECT_FALSE(findings[0].is_error);
+  EXPECT_THAT(findings[0].sentence, HasSubstr("2 tiles"));
+}
+
+TEST_F(ValidateTest, APayloadThatDoesNotDecodeIsFoundWhenAskedFor) {
+  layer.tile_exponent = 5;
+  layer.data = {0, 0, 1, 1};
+  build({tile_at(0, 0, 0)}, {Codec::kZstd, 1});
+  Bytes bytes = read_file(path);
+  const auto lookup = value_of(value_of(StoreReader::open(path)).lookup(LayerId{0}, tile_at(0, 0, 0)));
+  ASSERT_EQ(lookup.codec, Codec::kZstd);
+  bytes[lookup.offset + kRecordHeaderBytes] ^= std::byte{0xFF};  // zstd's own magic
+  reseal(bytes);
+  write_file(path, bytes);
+  EXPECT_THAT(numbers_in(path), ElementsAre(402));
+  EXPECT_THAT(numbers_in(path, {.decode_tiles = false}), IsEmpty());
+}
+
+TEST_F(ValidateTest, PaddingMustBeZero) {
+  build({tile_at(0, 0, 0)});
+  Bytes bytes = read_file(path);
+  bytes.back() = std::byte{1};  // the catalog's padding
+  write_file(path, bytes);
+  EXPECT_THAT(numbers_in(path), ElementsAre(403));
+}
+
+TEST_F(ValidateTest, ADamagedOlderSuperblockIsWorthKnowingAndNoError) {
+  build({tile_at(0, 0, 0)});
+  const std::uint64_t newest = value_of(StoreReader::open(path)).generation();
+  Bytes bytes = read_file(path);
+  bytes[superblock_offset(newest + 1) + 50] ^= std::byte{1};
+  write_file(path, bytes);
+  const auto findings = findings_in(path);
+  ASSERT_EQ(findings.size(), 1U);
+  EXPECT_EQ(findings[0].number, 101);
+  EXPECT_FALSE(findings[0].is_error);
+  EXPECT_EQ(value_of(StoreReader::open(path)).generation(), newest);
+}
+
+TEST_F(ValidateTest, AReportOfARuinedStoreStaysShort) {
+  layer = small_layer("color", TexelFormat::kRgb8, 2, 6);
+  std::vector<TileId> tiles;
+  for (std::uint32_t i = 0; i < 1500; ++i) tiles.push_back(tile_at(6, i % 64, i / 64));
+  build(tiles);  // not one has a parent
+  const auto report = value_of(validate(path));
+  EXPECT_LE(report.findings.size(), 1001U);
+  EXPECT_EQ(report.findings.back().number, 199);
+  EXPECT_FALSE(report.ok());
+}
+
+TEST_F(ValidateTest, ReportsItsProgress) {
+  layer = small_layer("color", TexelFormat::kRgb8, 2, 6);
+  std::vector<TileId> tiles;
+  for (std::uint32_t i = 0; i < 1024; ++i) tiles.push_back(tile_at(6, i % 64, i / 64));
+  build(tiles);
+  std::vector<std::uint64_t> seen;
+  ASSERT_TRUE(validate(path, {.progress = [&](std::uint64_t done, std::uint64_t total) {
+                         EXPECT_EQ(total, 1024U);
+                         seen.push_back(done);
+                       }}));
+  EXPECT_THAT(seen, ElementsAre(256, 512, 768, 1024));
+}
+
+}  // namespace
+}  // namespace vt::store

@@ -1,0 +1,161 @@
+#include "tools/build_common.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <thread>
+
+#include "builder/pipeline/dataset_store.h"
+
+namespace vt::tools {
+namespace {
+
+int thread_count(int requested) { return requested > 0 ? requested : std::max(1, static_cast<int>(std::thread::hardware_concurrency())); }
+
+std::string layer_line(const pipeline::LayerPlan& plan) {
+  const LayerInfo& info = plan.info;
+  return fmt::format("layer {}: {} as {}, {} x {} texels, {} levels, tiles of {}, kernel {}, {}", info.name, channel_info(info.channel).name,
+                     format_info(info.format).name, info.data.width, info.data.height, info.finest.value + 1, info.tile_texels(), plan.kernel.name,
+                     plan.request.compression);
+}
+
+}  // namespace
+
+void BuildFlags::add_to(CLI::App& command) {
+  command.add_option("--threads", threads, "worker threads (default: one per processor)")->check(CLI::Range(1, 1024));
+  command.add_option("--memory", memory, "most memory to use, for example 512M or 2G")->capture_default_str();
+  command.add_option("--progress", progress, "auto (a bar on a terminal, lines elsewhere), plain or none")->capture_default_str();
+  command.add_option("--checkpoint", checkpoint_seconds, "seconds between checkpoints; at most this much work is lost when the program is killed")
+      ->capture_default_str()
+      ->check(CLI::Range(0.01, 86400.0));
+  command.add_option("--block", block_levels, "a block of work spans 2^N tiles along an edge (default: from --memory); never changes the result")
+      ->check(CLI::Range(1, 10));
+  command.add_flag("--dry-run", dry_run, "print levels, tiles, bytes and memory; build nothing");
+}
+
+Result<std::size_t> parse_bytes(const std::string& text) {
+  double value = 0.0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  const std::string suffix(end, static_cast<const char*>(text.data() + text.size()));
+  double scale = 0.0;
+  if (suffix.empty() || suffix == "B") scale = 1.0;
+  if (suffix == "K" || suffix == "KiB") scale = 1024.0;
+  if (suffix == "M" || suffix == "MiB") scale = 1024.0 * 1024.0;
+  if (suffix == "G" || suffix == "GiB") scale = 1024.0 * 1024.0 * 1024.0;
+  const double bytes = value * scale;
+  if (error != std::errc{} || !(bytes >= 1.0) || bytes > 9e18)
+    return fail(ErrorCode::kUsage, "'" + text + "' is not an amount of memory; write for example 512M or 2G");
+  return static_cast<std::size_t>(bytes);
+}
+
+Result<std::vector<double>> parse_numbers(const std::string& text, std::size_t count, const std::string& option) {
+  std::vector<double> numbers;
+  const char* at = text.data();
+  const char* const end = text.data() + text.size();
+  while (at <= end && numbers.size() <= count) {
+    double value = 0.0;
+    const auto [next, error] = std::from_chars(at, end, value);
+    if (error != std::errc{} || !std::isfinite(value) || (next != end && *next != ',')) break;
+    numbers.push_back(value);
+    if (next == end) {
+      if (numbers.size() == count) return numbers;
+      break;
+    }
+    at = next + 1;
+  }
+  return fail(ErrorCode::kUsage, option + " takes " + std::to_string(count) + " numbers with commas between them, found '" + text + "'");
+}
+
+Result<std::size_t> BuildFlags::memory_bytes() const { return parse_bytes(memory); }
+
+Result<cli::ProgressMode> BuildFlags::progress_mode() const {
+  const auto mode = cli::progress_mode_from_name(progress);
+  if (!mode) return fail(ErrorCode::kUsage, "--progress is auto, plain or none, not '" + progress + "'");
+  return *mode;
+}
+
+std::size_t source_cache_bytes(std::size_t memory_bytes) { return std::clamp<std::size_t>(memory_bytes / 8, 4 << 20, std::size_t{128} << 20); }
+
+void print_plan(const pipeline::LayerPlan& plan, int threads, std::size_t memory_bytes, int block_levels) {
+  const LayerInfo& info = plan.info;
+  const pipeline::PlanCost cost = pipeline::plan_cost(info);
+  cli::print(layer_line(plan) + "\n");
+  cli::print(fmt::format("  crs          {}\n", plan.crs.text()));
+  const Area area = plan.extent();
+  cli::print(fmt::format("  extent       west {} south {} east {} north {}\n", cli::format_exact(area.west), cli::format_exact(area.south),
+                         cli::format_exact(area.east), cli::format_exact(area.north)));
+  cli::print(fmt::format("  texel size   {} x {} CRS units\n", cli::format_exact(info.grid.step_x), cli::format_exact(info.grid.step_y)));
+  for (int level = info.finest.value; level >= 0; --level) {
+    const Level l{static_cast<std::uint8_t>(level)};
+    const TexelRect data = info.data_rect(l);
+    const TexelRect tiles = info.tile_rect(l);
+    cli::print(fmt::format("  level {:>2}     {} x {} texels, {} x {} tiles\n", level, data.width, data.height, tiles.width, tiles.height));
+  }
+  cli::print(fmt::format("  in all       {} texels, {} tiles, {} before compression and without savings for constant tiles\n",
+                         cli::format_quantity(static_cast<double>(cost.texels)), cost.tiles, cli::format_bytes(cost.raw_bytes)));
+  std::int64_t blocks = 0;
+  for (const pipeline::Tier& tier : pipeline::plan_tiers(info, block_levels)) blocks += tier.blocks();
+  cli::print(fmt::format("  work         {} blocks of {} x {} texels on {} threads, about {} of {} memory\n", blocks,
+                         info.tile_texels() << block_levels, info.tile_texels() << block_levels, threads,
+                         cli::format_bytes(static_cast<std::size_t>(threads) * pipeline::worker_bytes(plan, block_levels)),
+                         cli::format_bytes(memory_bytes)));
+}
+
+Result<int> build_layers(const std::filesystem::path& path, const std::vector<pipeline::LayerPlan>& plans, const Area& area,
+                         const BuildFlags& flags) {
+  VT_ASSIGN(const std::size_t memory, flags.memory_bytes());
+  VT_ASSIGN(const cli::ProgressMode mode, flags.progress_mode());
+  const int threads = thread_count(flags.threads);
+  for (const pipeline::LayerPlan& plan : plans)
+    for (const std::string& warning : plan.warnings) cli::print_note("vtbuild", warning);
+
+  if (flags.dry_run) {
+    for (const pipeline::LayerPlan& plan : plans) {
+      int levels = flags.block_levels;
+      if (levels == 0) {
+        VT_ASSIGN(levels, pipeline::choose_block_levels(plan, threads, memory));
+      }
+      print_plan(plan, threads, memory, levels);
+    }
+    return 0;
+  }
+
+  VT_ASSIGN(store::StoreWriter writer, pipeline::open_or_create(path, plans.front().crs, area));
+  for (const pipeline::LayerPlan& plan : plans) {
+    cli::Progress progress({.mode = mode,
+                            .title = "building " + plan.info.name,
+                            .unit = "texels",
+                            .total = static_cast<std::uint64_t>(plan.info.data.width) * static_cast<std::uint64_t>(plan.info.data.height)});
+    pipeline::BuildOptions options;
+    options.threads = threads;
+    options.memory_bytes = memory;
+    options.block_levels = flags.block_levels;
+    options.checkpoint_seconds = flags.checkpoint_seconds;
+    options.progress = [&](std::uint64_t done, std::uint64_t) { progress.update(done); };
+    options.cancel = &cli::interrupt_flag();
+    progress.update(0);
+    auto report = pipeline::build_layer(writer, plan, options);
+    if (!report && report.error().code == ErrorCode::kCancelled)
+      return fail(ErrorCode::kCancelled, "stopped; what is done is kept in " + path.string() + ", run the same command again to go on");
+    if (!report && report.error().code == ErrorCode::kIo)
+      return fail(ErrorCode::kIo, report.error().message + "; the store is whole up to its last checkpoint, run the same command again to go on");
+    VT_CHECK(report);
+    if (report->was_complete) {
+      cli::print(fmt::format("{}: already complete in {}, nothing to do\n", layer_line(plan), path.string()));
+      continue;
+    }
+    progress.finish();
+    cli::print(layer_line(plan) + "\n");
+    cli::print(fmt::format("  {} tiles ({} of one value), {} in the store; {:.2f} s, {:.1f} Mpx/s, {} threads\n", report->tiles, report->constant_tiles,
+                           cli::format_bytes(report->stored_bytes), report->seconds,
+                           static_cast<double>(report->base_texels) / 1e6 / report->seconds, threads));
+    if (report->blocks_resumed > 0)
+      cli::print(fmt::format("  {} of {} blocks were there from an earlier run\n", report->blocks_resumed, report->blocks_resumed + report->blocks_built));
+  }
+  VT_CHECK(writer.finish());
+  return 0;
+}
+
+}  // namespace vt::tools

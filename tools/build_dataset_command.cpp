@@ -1,0 +1,51 @@
+// vtbuild dataset: all layers of a scene description.
+
+#include <memory>
+
+#include "builder/pipeline/dataset_store.h"
+#include "builder/pipeline/scene_file.h"
+#include "tools/build_common.h"
+
+namespace vt::tools {
+namespace {
+
+struct DatasetFlags {
+  std::string scene;
+  std::string output;
+  BuildFlags build;
+};
+
+Result<int> run(const DatasetFlags& flags) {
+  VT_ASSIGN(const pipeline::Scene scene, pipeline::read_scene(flags.scene));
+  VT_ASSIGN(std::optional<pipeline::DatasetFrame> frame, pipeline::existing_frame(flags.output));
+  VT_ASSIGN(const std::size_t memory, flags.build.memory_bytes());
+  if (frame && scene.crs && !frame->crs.same_coordinates(*scene.crs))
+    return fail(ErrorCode::kUsage, flags.output + " is in " + frame->crs.text() + ", the scene in " + scene.crs->text() + "; choose another store");
+
+  // Without a declared one, the first layer decides the coordinate reference system of all.
+  std::vector<pipeline::LayerPlan> plans;
+  std::optional<Area> area = scene.area;
+  for (const pipeline::LayerRequest& request : scene.layers) {
+    VT_ASSIGN(pipeline::LayerPlan plan, pipeline::plan_layer(request, frame, source_cache_bytes(memory)));
+    if (!frame) frame = pipeline::DatasetFrame{plan.crs, std::nullopt};
+    if (!scene.area) area = area ? pipeline::united(*area, plan.extent()) : plan.extent();
+    plans.push_back(std::move(plan));
+  }
+  return build_layers(flags.output, plans, *area, flags.build);
+}
+
+}  // namespace
+
+std::function<Result<int>()> add_dataset_command(CLI::App& app) {
+  auto flags = std::make_shared<DatasetFlags>();
+  CLI::App* command = app.add_subcommand("dataset", "build all layers of a scene description (SCENE.json)");
+  command->add_option("SCENE", flags->scene, "the description; schemas/dataset.schema.json says what it may hold")->required();
+  command->add_option("-o,--output", flags->output, "the store, suffix .vts")->required();
+  flags->build.add_to(*command);
+  cli::add_help_footer(*command,
+                       "  vtbuild dataset sample/SCENE.json -o sample.vts\n"
+                       "  vtbuild dataset sample/SCENE.json -o sample.vts --dry-run\n");
+  return [flags, command]() -> Result<int> { return command->parsed() ? run(*flags) : Result<int>(-1); };
+}
+
+}  // namespace vt::tools

@@ -1,0 +1,134 @@
+// vtbuild layer: one layer from one or more rasters.
+
+#include <algorithm>
+#include <memory>
+
+#include "builder/pipeline/dataset_store.h"
+#include "tools/build_common.h"
+
+namespace vt::tools {
+namespace {
+
+struct LayerFlags {
+  std::vector<std::string> inputs;
+  std::string output;
+  std::string channel;
+  std::string name;
+  std::string kernel;
+  std::string format;
+  std::string compression = "zstd:3";
+  int tile = 256;
+  double gsd = 0.0;
+  std::string crs;
+  std::string source_crs;
+  std::string extent;
+  std::string bands;
+  std::string range;
+  std::string nodata;
+  BuildFlags build;
+};
+
+Result<pipeline::LayerRequest> request_from(const LayerFlags& flags, const std::optional<pipeline::DatasetFrame>& frame) {
+  pipeline::LayerRequest request;
+  const auto channel = channel_from_name(flags.channel);
+  if (!channel) return fail(ErrorCode::kUsage, "unknown channel '" + flags.channel + "'; color and elevation can be built");
+  request.channel = *channel;
+  request.name = flags.name.empty() ? flags.channel : flags.name;
+  if (!flags.format.empty()) {
+    request.format = format_from_name(flags.format);
+    if (!request.format) return fail(ErrorCode::kUsage, "unknown format '" + flags.format + "'; rgb8, rgba8, bc1 and r32f are known");
+  }
+  request.kernel = flags.kernel;
+  request.compression = flags.compression;
+  request.tile_texels = flags.tile;
+  if (flags.gsd != 0.0) request.gsd_m = flags.gsd;
+  std::optional<geo::Crs> crs;
+  if (!flags.crs.empty()) {
+    VT_ASSIGN(crs, geo::Crs::from_text(flags.crs));
+  }
+  std::optional<geo::Crs> source_crs;
+  if (!flags.source_crs.empty()) {
+    VT_ASSIGN(source_crs, geo::Crs::from_text(flags.source_crs));
+  }
+  if (!flags.range.empty()) {
+    VT_ASSIGN(const std::vector<double> range, parse_numbers(flags.range, 2, "--range"));
+    if (range[0] == range[1]) return fail(ErrorCode::kUsage, "--range needs two different values");
+    request.range = std::array<double, 2>{range[0], range[1]};
+  }
+  std::optional<Area> extent;
+  if (!flags.extent.empty()) {
+    VT_ASSIGN(const std::vector<double> e, parse_numbers(flags.extent, 4, "--extent"));
+    if (!(e[0] < e[2]) || !(e[1] < e[3])) return fail(ErrorCode::kUsage, "--extent is WEST,SOUTH,EAST,NORTH with west < east and south < north, found " + flags.extent);
+    extent = Area{e[0], e[1], e[2], e[3]};
+  }
+  std::vector<int> bands;
+  if (!flags.bands.empty()) {
+    const auto count = static_cast<std::size_t>(std::count(flags.bands.begin(), flags.bands.end(), ',') + 1);
+    VT_ASSIGN(const std::vector<double> numbers, parse_numbers(flags.bands, count, "--bands"));
+    for (double n : numbers) bands.push_back(static_cast<int>(n));
+  }
+  std::optional<double> nodata;
+  if (!flags.nodata.empty()) {
+    VT_ASSIGN(const std::vector<double> value, parse_numbers(flags.nodata, 1, "--nodata"));
+    nodata = value[0];
+  }
+
+  // --crs is the dataset's. A file without one is taken to be in it too, unless --source-crs says otherwise; so is a picture placed by --extent.
+  request.crs = frame ? std::nullopt : crs;
+  for (const std::string& input : flags.inputs) {
+    pipeline::SourceRequest source;
+    source.path = input;
+    source.crs = source_crs;
+    source.extent = extent;
+    source.nodata = nodata;
+    source.bands = bands;
+    request.sources.push_back(std::move(source));
+  }
+  if (frame && crs && !frame->crs.same_coordinates(*crs))
+    return fail(ErrorCode::kUsage, flags.output + " is in " + frame->crs.text() + "; its layers cannot be in " + crs->text());
+  if (!source_crs && crs)
+    for (pipeline::SourceRequest& source : request.sources) source.fallback_crs = crs;
+  return request;
+}
+
+Result<int> run(const LayerFlags& flags) {
+  VT_ASSIGN(const auto frame, pipeline::existing_frame(flags.output));
+  VT_ASSIGN(const pipeline::LayerRequest request, request_from(flags, frame));
+  VT_ASSIGN(const std::size_t memory, flags.build.memory_bytes());
+  std::vector<pipeline::LayerPlan> plans;
+  VT_ASSIGN(pipeline::LayerPlan plan, pipeline::plan_layer(request, frame, source_cache_bytes(memory)));
+  plans.push_back(std::move(plan));
+  return build_layers(flags.output, plans, plans.front().extent(), flags.build);
+}
+
+}  // namespace
+
+std::function<Result<int>()> add_layer_command(CLI::App& app) {
+  auto flags = std::make_shared<LayerFlags>();
+  CLI::App* command = app.add_subcommand("layer", "build one layer from georeferenced rasters, into a new store or one that exists");
+  command->add_option("INPUT", flags->inputs, "GeoTIFF, or PNG, JPEG, EXR, ... with --extent; later ones lie over earlier ones")->required();
+  command->add_option("-o,--output", flags->output, "the store, suffix .vts")->required();
+  command->add_option("--channel", flags->channel, "what the values mean: color or elevation")->required();
+  command->add_option("--name", flags->name, "name of the layer (default: the channel's)");
+  command->add_option("--kernel", flags->kernel, "filter from level to level: box or kaiser3 (default: kaiser3 for color, box for elevation)");
+  command->add_option("--format", flags->format, "rgb8, rgba8, bc1 or r32f (default: what the channel and the source suggest)");
+  command->add_option("--compression", flags->compression, "none or zstd:N, N from 1 to 19")->capture_default_str();
+  command->add_option("--tile", flags->tile, "texels along an edge of a tile, a power of two from 4 to 4096")->capture_default_str();
+  command->add_option("--gsd", flags->gsd, "metres on the ground per texel of the finest level (default: the first input's own grid)");
+  command->add_option("--crs", flags->crs, "coordinate reference system of the dataset, for example EPSG:32633, or pixel (default: the first input's)");
+  command->add_option("--source-crs", flags->source_crs, "what the inputs are in, whatever the files say");
+  command->add_option("--extent", flags->extent, "WEST,SOUTH,EAST,NORTH: outer edges of inputs that do not carry them");
+  command->add_option("--bands", flags->bands, "bands to use, counted from 1, for example 3,2,1");
+  command->add_option("--range", flags->range, "LOW,HIGH: sample values that are black and white, for colour from other than 8 or 16 bit codes");
+  command->add_option("--nodata", flags->nodata, "sample value that means no data, whatever the files say");
+  flags->build.add_to(*command);
+  cli::add_help_footer(*command,
+                       "  vtbuild layer ortho.tif -o area.vts --channel color\n"
+                       "  vtbuild layer dem.tif -o area.vts --channel elevation\n"
+                       "  vtbuild layer west.tif east.tif -o area.vts --channel color --format bc1 --compression zstd:9\n"
+                       "  vtbuild layer earth.jpg -o earth.vts --channel color --crs EPSG:4326 --extent -180,-90,180,90\n"
+                       "  vtbuild layer scan.png -o scan.vts --channel color --crs pixel\n");
+  return [flags, command]() -> Result<int> { return command->parsed() ? run(*flags) : Result<int>(-1); };
+}
+
+}  // namespace vt::tools
