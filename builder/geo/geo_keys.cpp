@@ -298,7 +298,10 @@ Result<CrsDefinition> definition_from_keys(const Keys& keys) {
     case kModelProjected: return projected_crs(keys);
     case kModelGeographic: return geographic_crs(keys);
     case kModelGeocentric: return refuse("coordinates are geocentric (GeoKey 1024 is 3)");
-    case 0: return refuse("the GeoKeys do not say whether coordinates are projected or geographic (key 1024 is missing)");
+    case 0:
+      // Some writers leave it at the one key that says everything.
+      if (keys.code(kProjectedType).value_or(kUserDefined) != kUserDefined) return projected_crs(keys);
+      return refuse("the GeoKeys do not say whether coordinates are projected or geographic (key 1024 is missing)");
     default: return refuse(fmt::format("GeoKey 1024 names model type {}, which is neither projected (1) nor geographic (2)", model));
   }
 }

@@ -7,6 +7,7 @@
 #include <cstring>
 
 #include "builder/source/block_cache.h"
+#include "builder/source/source_common.h"
 #include "builder/source/tiff_decoder.h"
 #include "builder/source/tiff_layout.h"
 
@@ -78,24 +79,26 @@ std::vector<PlanePicks> picks_by_plane(const TiffLayout& layout, std::span<const
   return planes;
 }
 
+// A mask may have one bit for every band; only a sample that all of them admit is covered.
 template <class T>
-void put_mask(const std::byte* in, std::int64_t count, std::byte* out, std::size_t stride) {
-  for (std::int64_t i = 0; i < count; ++i, out += stride) {
-    const T value = static_cast<T>(in[i] != std::byte{0} ? 255 : 0);
+void put_mask(const std::byte* in, int mask_bands, std::int64_t count, std::byte* out, std::size_t stride) {
+  for (std::int64_t i = 0; i < count; ++i, in += mask_bands, out += stride) {
+    const bool covered = std::none_of(in, in + mask_bands, [](std::byte bit) { return bit == std::byte{0}; });
+    const T value = static_cast<T>(covered ? 255 : 0);
     std::memcpy(out, &value, sizeof value);
   }
 }
 
-void put_mask_row(SampleType type, const std::byte* in, std::int64_t count, std::byte* out, std::size_t stride) {
+void put_mask_row(SampleType type, const std::byte* in, int mask_bands, std::int64_t count, std::byte* out, std::size_t stride) {
   switch (type) {
     case SampleType::kUint8:
-    case SampleType::kInt8: put_mask<std::uint8_t>(in, count, out, stride); break;
+    case SampleType::kInt8: put_mask<std::uint8_t>(in, mask_bands, count, out, stride); break;
     case SampleType::kUint16:
-    case SampleType::kInt16: put_mask<std::uint16_t>(in, count, out, stride); break;
+    case SampleType::kInt16: put_mask<std::uint16_t>(in, mask_bands, count, out, stride); break;
     case SampleType::kUint32:
-    case SampleType::kInt32: put_mask<std::uint32_t>(in, count, out, stride); break;
-    case SampleType::kFloat32: put_mask<float>(in, count, out, stride); break;
-    case SampleType::kFloat64: put_mask<double>(in, count, out, stride); break;
+    case SampleType::kInt32: put_mask<std::uint32_t>(in, mask_bands, count, out, stride); break;
+    case SampleType::kFloat32: put_mask<float>(in, mask_bands, count, out, stride); break;
+    case SampleType::kFloat64: put_mask<double>(in, mask_bands, count, out, stride); break;
   }
 }
 
@@ -107,7 +110,7 @@ class GeoTiffSource final : public RasterSource {
   }
 
   Result<void> read(const Window& window, std::span<const int> bands, std::span<std::byte> out, std::size_t row_pitch_bytes) const override {
-    VT_CHECK(check_request(window, bands, out, row_pitch_bytes));
+    VT_CHECK(check_request(info_, window, bands, out, row_pitch_bytes));
     for (const PlanePicks& plane : picks_by_plane(image_->layout(), bands)) {
       VT_CHECK(image_->is_direct() ? read_plane_direct(plane, window, out, row_pitch_bytes) : read_plane(plane, window, out, row_pitch_bytes));
     }
@@ -118,25 +121,6 @@ class GeoTiffSource final : public RasterSource {
   }
 
  private:
-  Result<void> check_request(const Window& window, std::span<const int> bands, std::span<std::byte> out, std::size_t row_pitch_bytes) const {
-    const bool inside = window.x >= 0 && window.y >= 0 && window.width > 0 && window.height > 0 && window.width <= info_.width - window.x &&
-                        window.height <= info_.height - window.y;
-    if (!inside) {
-      return fail(ErrorCode::kUsage, fmt::format("{}: window {},{} {}x{} is not inside the raster of {}x{}", info_.path.string(), window.x, window.y,
-                                                 window.width, window.height, info_.width, info_.height));
-    }
-    for (const int band : bands) {
-      if (band < 0 || band >= info_.bands) {
-        return fail(ErrorCode::kUsage, fmt::format("{}: band {} of {}", info_.path.string(), band, info_.bands));
-      }
-    }
-    const std::size_t row_bytes = static_cast<std::size_t>(window.width) * bands.size() * sample_bytes(info_.sample_type);
-    if (row_pitch_bytes < row_bytes || out.size() < row_pitch_bytes * static_cast<std::size_t>(window.height - 1) + row_bytes) {
-      return fail(ErrorCode::kUsage, fmt::format("{}: the output buffer is too small for the window", info_.path.string()));
-    }
-    return {};
-  }
-
   std::uint64_t cell_key(const TiffDecoder& decoder, std::int64_t cell_x, std::int64_t cell_y, int plane) const {
     const std::int64_t index = (plane * decoder.cells_down() + cell_y) * decoder.layout().blocks_across + cell_x;
     return static_cast<std::uint64_t>(index) << 1 | (&decoder == mask_.get() ? 1U : 0U);
@@ -239,7 +223,7 @@ class GeoTiffSource final : public RasterSource {
                          [&](const std::byte* in, std::int64_t row, std::int64_t column, std::int64_t columns, std::int64_t rows) {
                            for (std::int64_t r = 0; r < rows; ++r) {
                              std::byte* target = out.data() + static_cast<std::size_t>(row + r) * pitch + static_cast<std::size_t>(column) * stride + out_band * bytes;
-                             put_mask_row(info_.sample_type, in + r * mask_->cell_row_bytes(), columns, target, stride);
+                             put_mask_row(info_.sample_type, in + r * mask_->cell_row_bytes(), mask_->layout().bands, columns, target, stride);
                            }
                          });
   }
@@ -255,9 +239,10 @@ Result<std::unique_ptr<TiffDecoder>> find_mask(TiffHandle& handle, const std::sh
     std::uint32_t type = 0;
     TIFFGetField(handle.get(), TIFFTAG_SUBFILETYPE, &type);
     if ((type & FILETYPE_MASK) == 0 || (type & FILETYPE_REDUCEDIMAGE) != 0) continue;
-    VT_ASSIGN(TiffLayout layout, read_tiff_layout(handle, file->path().string() + " (mask)", false));
+    VT_ASSIGN(const TiffTags tags, TiffTags::read(file, TIFFCurrentDirOffset(handle.get())));
+    VT_ASSIGN(TiffLayout layout, read_tiff_layout(handle, tags, file->path().string() + " (mask)", false));
     if (layout.width != image.width || layout.height != image.height) continue;
-    if (layout.sample_type != SampleType::kUint8 || layout.bands != 1) {
+    if (layout.sample_type != SampleType::kUint8 || layout.planar_separate) {
       return fail(ErrorCode::kUnsupported, fmt::format("{}: a transparency mask of {} bands and {} bits", file->path().string(), layout.bands, layout.bits));
     }
     layout.invert = false;
@@ -272,8 +257,9 @@ Result<std::unique_ptr<TiffDecoder>> find_mask(TiffHandle& handle, const std::sh
 Result<std::unique_ptr<RasterSource>> open_geotiff(std::shared_ptr<const FileBytes> file, const OpenOptions& options) {
   const std::string name = file->path().string();
   VT_ASSIGN(auto handle, TiffHandle::open(file));
-  VT_ASSIGN(TiffLayout layout, read_tiff_layout(*handle, name, !options.palette_indices));
-  TiffPlace place = read_tiff_place(*handle);
+  VT_ASSIGN(const TiffTags tags, TiffTags::read(file, TIFFCurrentDirOffset(handle->get())));
+  VT_ASSIGN(TiffLayout layout, read_tiff_layout(*handle, tags, name, !options.palette_indices));
+  TiffPlace place = read_tiff_place(tags);
 
   RasterInfo info;
   info.path = file->path();

@@ -8,6 +8,8 @@
 #include <cstring>
 #include <limits>
 
+#include "builder/source/source_common.h"
+
 namespace vt::source {
 namespace {
 
@@ -39,17 +41,9 @@ T load(const std::byte* place) {
   return value;
 }
 
-// Most significant bit first, rows start at whole bytes. 24-bit samples are bytes in native order instead.
+// Most significant bit first, rows start at whole bytes, whatever the file's byte order; writers of 24-bit samples keep to that too.
 template <class T>
 void unpack_row(const std::byte* row, int bits, std::int64_t count, std::byte* out) {
-  if (bits == 24) {
-    for (std::int64_t i = 0; i < count; ++i) {
-      const std::byte* s = row + 3 * i;
-      const auto code = std::to_integer<std::uint32_t>(s[0]) | std::to_integer<std::uint32_t>(s[1]) << 8 | std::to_integer<std::uint32_t>(s[2]) << 16;
-      store(out + i * static_cast<std::int64_t>(sizeof(T)), static_cast<T>(code));
-    }
-    return;
-  }
   std::uint64_t window = 0;
   int held = 0;
   for (std::int64_t i = 0; i < count; ++i) {
@@ -77,25 +71,6 @@ template <class T>
 void invert_codes(std::span<std::byte> bytes, double max_code) {
   const T max = static_cast<T>(max_code);
   for (std::size_t i = 0; i + sizeof(T) <= bytes.size(); i += sizeof(T)) store(bytes.data() + i, static_cast<T>(max - load<T>(bytes.data() + i)));
-}
-
-// Premultiplied to straight colour: rounded to the nearest code; without alpha there is no colour to recover.
-template <class T>
-void straighten(std::span<std::byte> bytes, int bands, int alpha_band, double max_code) {
-  const std::size_t pixel = sizeof(T) * static_cast<std::size_t>(bands);
-  for (std::size_t at = 0; at + pixel <= bytes.size(); at += pixel) {
-    const auto alpha = static_cast<double>(load<T>(bytes.data() + at + sizeof(T) * static_cast<std::size_t>(alpha_band)));
-    for (int band = 0; band < bands; ++band) {
-      if (band == alpha_band) continue;
-      std::byte* place = bytes.data() + at + sizeof(T) * static_cast<std::size_t>(band);
-      const auto value = static_cast<double>(load<T>(place));
-      if constexpr (std::is_floating_point_v<T>) {
-        if (alpha > 0.0) store(place, static_cast<T>(value / alpha));
-      } else {
-        store(place, alpha > 0.0 ? static_cast<T>(std::min(max_code, std::floor(value * max_code / alpha + 0.5))) : T{0});
-      }
-    }
-  }
 }
 
 }  // namespace
@@ -171,14 +146,13 @@ Result<TiffDecoder::BlockPlace> TiffDecoder::block_place(TiffHandle& handle, std
   if (offset_missing != 0 || bytes_missing != 0) {
     return damaged(block_x, row, fmt::format("the file's tables do not tell where block {} is ({})", index, handle.error()));
   }
+  if (place.bytes == 0 && handle.saw_short_tables()) {
+    return damaged(block_x, row, fmt::format("the file's table of block sizes ends before block {}", index));
+  }
   if (place.is_sparse()) return place;
-  if (place.offset == 0 || place.bytes == 0 || place.offset > file_->size() || place.bytes > file_->size() - place.offset) {
-    // An uncompressed block may claim more than it needs; then only the rows that are read must be there.
-    const bool rows_decide = rows_are_seekable_ && place.offset != 0 && place.bytes != 0 && place.offset <= file_->size();
-    if (!rows_decide) {
-      return damaged(block_x, row, fmt::format("block {} should be {} bytes at {}, but the file has {} bytes; it is damaged or incomplete", index, place.bytes,
-                                               place.offset, file_->size()));
-    }
+  if (place.offset == 0 || place.offset > file_->size() || place.bytes > file_->size() - place.offset) {
+    return damaged(block_x, row, fmt::format("block {} should be {} bytes at {}, but the file has {} bytes; it is damaged or incomplete", index, place.bytes,
+                                             place.offset, file_->size()));
   }
   return place;
 }
@@ -193,7 +167,7 @@ Result<void> TiffDecoder::read_uncompressed(const BlockPlace& place, std::int64_
   if (got != out.size()) {
     return damaged(block_x, row, fmt::format("the file ends {} bytes early; it is incomplete", out.size() - got));
   }
-  if (layout_.byte_swapped) swap_samples(layout_.bits, out);
+  if (layout_.byte_swapped && layout_.recipe != SampleRecipe::kPackedBits) swap_samples(layout_.bits, out);
   return {};
 }
 
@@ -314,9 +288,8 @@ Result<Block> TiffDecoder::stored_cell(std::int64_t cell_x, std::int64_t cell_y,
   const bool by_scanline = !layout_.tiled && !rows_are_seekable_ && cells_per_block_ > 1;
   VT_ASSIGN(auto handle, handles_.borrow(by_scanline ? first : -1, plane));
   VT_ASSIGN(const BlockPlace place, block_place(*handle, cell_x, block_y, plane));
-  // Tiles decode whole, with the rows that stick out of the raster.
-  const std::int64_t decoded_rows = layout_.tiled && !rows_are_seekable_ ? layout_.block_height : rows;
-  Block stored(static_cast<std::size_t>(decoded_rows * stored_row_bytes_));
+  // Rows of a tile that stick out of the raster are not asked for: some writers leave them out.
+  Block stored(static_cast<std::size_t>(rows * stored_row_bytes_));
   if (place.is_sparse()) {
     fill_sparse(stored);
     return stored;
@@ -330,6 +303,8 @@ Result<Block> TiffDecoder::stored_cell(std::int64_t cell_x, std::int64_t cell_y,
                          : by_scanline                                ? decode_scanlines(*handle, first, rows, plane, stored)
                                                                       : decode_whole(*handle, block_index(cell_x, block_y, plane), stored);
   if (!decoded) return damaged(cell_x, first, decoded.error().message);
+  // libtiff brings 24-bit samples into native order; unpacking wants them as they are in the file.
+  if (layout_.recipe == SampleRecipe::kPackedBits && layout_.bits == 24 && layout_.byte_swapped) swap_samples(24, stored);
   return stored;
 }
 
@@ -389,16 +364,7 @@ Block TiffDecoder::converted(Block stored, std::int64_t rows) const {
     samples = std::move(colors);
   }
   if (layout_.alpha_is_associated) {
-    switch (layout_.sample_type) {
-      case SampleType::kUint8: straighten<std::uint8_t>(samples, layout_.bands, layout_.alpha_band, layout_.max_code); break;
-      case SampleType::kInt8: straighten<std::int8_t>(samples, layout_.bands, layout_.alpha_band, 127.0); break;
-      case SampleType::kUint16: straighten<std::uint16_t>(samples, layout_.bands, layout_.alpha_band, layout_.max_code); break;
-      case SampleType::kInt16: straighten<std::int16_t>(samples, layout_.bands, layout_.alpha_band, 32767.0); break;
-      case SampleType::kUint32: straighten<std::uint32_t>(samples, layout_.bands, layout_.alpha_band, layout_.max_code); break;
-      case SampleType::kInt32: straighten<std::int32_t>(samples, layout_.bands, layout_.alpha_band, 2147483647.0); break;
-      case SampleType::kFloat32: straighten<float>(samples, layout_.bands, layout_.alpha_band, 1.0); break;
-      case SampleType::kFloat64: straighten<double>(samples, layout_.bands, layout_.alpha_band, 1.0); break;
-    }
+    straighten_alpha(layout_.sample_type, samples, layout_.bands, layout_.alpha_band, layout_.max_code);
   }
   return samples;
 }

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <cstdio>
 #include <string_view>
@@ -22,7 +23,9 @@ int TiffHandle::on_warning(TIFF*, void* self, const char*, const char* format, v
   std::array<char, 512> buffer{};
   std::vsnprintf(buffer.data(), buffer.size(), format, arguments);
   const std::string_view text(buffer.data());
-  const bool damage = text.find("Corrupt JPEG data") != std::string_view::npos || text.find("Premature end of JPEG") != std::string_view::npos;
+  constexpr std::string_view kDamage[] = {"Corrupt JPEG data", "Premature end of JPEG", "Bad code word", "Premature EO"};
+  const bool damage = std::ranges::any_of(kDamage, [&](std::string_view words) { return text.find(words) != std::string_view::npos; });
+  if (text.find("Incorrect count for \"") != std::string_view::npos) handle.saw_short_tables_ = true;
   if (damage && !handle.saw_damage_) {
     handle.saw_damage_ = true;
     if (handle.error_.empty()) handle.error_ = text;

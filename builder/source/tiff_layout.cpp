@@ -6,85 +6,22 @@
 #include <array>
 #include <charconv>
 #include <cmath>
-#include <cstring>
 #include <limits>
 #include <string_view>
 
 namespace vt::source {
 namespace {
 
-constexpr std::uint32_t kModelPixelScale = 33550;
-constexpr std::uint32_t kModelTiepoint = 33922;
-constexpr std::uint32_t kModelTransformation = 34264;
-constexpr std::uint32_t kGeoKeyDirectory = 34735;
-constexpr std::uint32_t kGeoDoubleParams = 34736;
-constexpr std::uint32_t kGeoAsciiParams = 34737;
-constexpr std::uint32_t kGdalNodata = 42113;
+constexpr std::uint16_t kModelPixelScale = 33550;
+constexpr std::uint16_t kModelTiepoint = 33922;
+constexpr std::uint16_t kModelTransformation = 34264;
+constexpr std::uint16_t kGeoKeyDirectory = 34735;
+constexpr std::uint16_t kGeoDoubleParams = 34736;
+constexpr std::uint16_t kGeoAsciiParams = 34737;
+constexpr std::uint16_t kGdalNodata = 42113;
 
 constexpr int kMaxBands = 4096;
 constexpr std::int64_t kMaxBlocks = std::int64_t{1} << 31;
-
-// The values of a tag that libtiff has no name for, whatever its type; empty when it is absent.
-struct RawTag {
-  TIFFDataType type = TIFF_NOTYPE;
-  std::size_t count = 0;
-  const void* data = nullptr;
-};
-RawTag raw_tag(TIFF* tiff, std::uint32_t tag) {
-  const TIFFField* field = TIFFFindField(tiff, tag, TIFF_ANY);
-  if (field == nullptr) return {};
-  RawTag raw{.type = TIFFFieldDataType(field), .count = 0, .data = nullptr};
-  if (TIFFFieldPassCount(field) == 0) {
-    const char* text = nullptr;
-    if (raw.type != TIFF_ASCII || TIFFGetField(tiff, tag, &text) == 0 || text == nullptr) return {};
-    return {.type = TIFF_ASCII, .count = std::strlen(text), .data = text};
-  }
-  const void* data = nullptr;
-  if (TIFFFieldReadCount(field) == TIFF_VARIABLE2) {
-    std::uint32_t count = 0;
-    if (TIFFGetField(tiff, tag, &count, &data) == 0) return {};
-    raw.count = count;
-  } else {
-    std::uint16_t count = 0;
-    if (TIFFGetField(tiff, tag, &count, &data) == 0) return {};
-    raw.count = count;
-  }
-  if (data == nullptr) return {};
-  raw.data = data;
-  return raw;
-}
-
-template <class Stored>
-void append_numbers(const RawTag& raw, std::vector<double>& out) {
-  const auto* values = static_cast<const Stored*>(raw.data);
-  out.assign(values, values + raw.count);
-}
-
-std::vector<double> tag_numbers(TIFF* tiff, std::uint32_t tag) {
-  const RawTag raw = raw_tag(tiff, tag);
-  std::vector<double> numbers;
-  if (raw.count == 0) return numbers;
-  switch (raw.type) {
-    case TIFF_BYTE: append_numbers<std::uint8_t>(raw, numbers); break;
-    case TIFF_SHORT: append_numbers<std::uint16_t>(raw, numbers); break;
-    case TIFF_SSHORT: append_numbers<std::int16_t>(raw, numbers); break;
-    case TIFF_LONG: append_numbers<std::uint32_t>(raw, numbers); break;
-    case TIFF_SLONG: append_numbers<std::int32_t>(raw, numbers); break;
-    case TIFF_LONG8: append_numbers<std::uint64_t>(raw, numbers); break;
-    case TIFF_FLOAT: append_numbers<float>(raw, numbers); break;
-    case TIFF_DOUBLE: append_numbers<double>(raw, numbers); break;
-    default: break;  // text or rationals where numbers belong: as good as absent
-  }
-  return numbers;
-}
-
-std::string tag_text(TIFF* tiff, std::uint32_t tag) {
-  const RawTag raw = raw_tag(tiff, tag);
-  if (raw.data == nullptr || (raw.type != TIFF_ASCII && raw.type != TIFF_BYTE)) return {};
-  std::string text(static_cast<const char*>(raw.data), raw.count);
-  while (!text.empty() && text.back() == '\0') text.pop_back();
-  return text;
-}
 
 std::string_view trimmed(std::string_view text) {
   const auto is_space = [](char c) { return c == ' ' || c == '\t' || c == '\n' || c == '\r' || c == '\0'; };
@@ -260,11 +197,11 @@ Result<void> read_color(TIFF* tiff, const std::string& name, bool expand_palette
   return {};
 }
 
-std::optional<geo::GeoTransform> transform_from_tags(TIFF* tiff, bool pixel_is_point) {
+std::optional<geo::GeoTransform> transform_from_tags(const TiffTags& tags, bool pixel_is_point) {
   std::optional<geo::GeoTransform> transform;
-  const std::vector<double> scale = tag_numbers(tiff, kModelPixelScale);
-  const std::vector<double> tie = tag_numbers(tiff, kModelTiepoint);
-  const std::vector<double> matrix = tag_numbers(tiff, kModelTransformation);
+  const std::vector<double> scale = tags.numbers(kModelPixelScale);
+  const std::vector<double> tie = tags.numbers(kModelTiepoint);
+  const std::vector<double> matrix = tags.numbers(kModelTransformation);
   if (scale.size() >= 2 && scale[0] != 0.0 && scale[1] != 0.0 && tie.size() >= 6) {
     // Rows run south by definition; a negative scale is taken for a writer's slip, as GDAL does.
     const double x_step = scale[0];
@@ -311,7 +248,7 @@ std::string compression_name(std::uint16_t compression) {
   }
 }
 
-Result<TiffLayout> read_tiff_layout(const TiffHandle& handle, const std::string& name, bool expand_palette) {
+Result<TiffLayout> read_tiff_layout(const TiffHandle& handle, const TiffTags& tags, const std::string& name, bool expand_palette) {
   TIFF* tiff = handle.get();
   TiffLayout layout;
   std::uint32_t width = 0;
@@ -356,7 +293,7 @@ Result<TiffLayout> read_tiff_layout(const TiffHandle& handle, const std::string&
   layout.sample_type = kind.type;
   layout.max_code = bits >= 32 ? 4294967295.0 : static_cast<double>((std::uint64_t{1} << bits) - 1);
 
-  layout.nodata = parse_nodata(tag_text(tiff, kGdalNodata));
+  layout.nodata = parse_nodata(tags.text(kGdalNodata));
   if (layout.nodata && layout.sample_type == SampleType::kFloat32) layout.nodata = as_float32(*layout.nodata);
   layout.fill = layout.nodata;
   read_alpha(tiff, layout);
@@ -369,17 +306,16 @@ Result<TiffLayout> read_tiff_layout(const TiffHandle& handle, const std::string&
   return layout;
 }
 
-TiffPlace read_tiff_place(const TiffHandle& handle) {
-  TIFF* tiff = handle.get();
-  geo::GeoKeyTags tags;
-  for (const double value : tag_numbers(tiff, kGeoKeyDirectory)) {
-    tags.directory.push_back(value >= 0.0 && value <= 65535.0 ? static_cast<std::uint16_t>(value) : std::uint16_t{0});
+TiffPlace read_tiff_place(const TiffTags& tags) {
+  geo::GeoKeyTags keys;
+  for (const double value : tags.numbers(kGeoKeyDirectory)) {
+    keys.directory.push_back(value >= 0.0 && value <= 65535.0 ? static_cast<std::uint16_t>(value) : std::uint16_t{0});
   }
-  tags.doubles = tag_numbers(tiff, kGeoDoubleParams);
-  tags.ascii = tag_text(tiff, kGeoAsciiParams);
+  keys.doubles = tags.numbers(kGeoDoubleParams);
+  keys.ascii = tags.text(kGeoAsciiParams);
   TiffPlace place;
-  place.keys = geo::crs_from_geo_keys(tags);
-  place.transform = transform_from_tags(tiff, place.keys.pixel_is_point);
+  place.keys = geo::crs_from_geo_keys(keys);
+  place.transform = transform_from_tags(tags, place.keys.pixel_is_point);
   return place;
 }
 

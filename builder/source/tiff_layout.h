@@ -10,6 +10,7 @@
 #include "builder/geo/geo_transform.h"
 #include "builder/source/raster_source.h"
 #include "builder/source/tiff_handle.h"
+#include "builder/source/tiff_tags.h"
 #include "store/result.h"
 
 namespace vt::source {
@@ -64,7 +65,7 @@ struct TiffPlace {
 [[nodiscard]] std::string compression_name(std::uint16_t compression);
 
 // kUnsupported names the tag and the value that we do not read. `expand_palette` off keeps the indices.
-[[nodiscard]] Result<TiffLayout> read_tiff_layout(const TiffHandle& handle, const std::string& name, bool expand_palette);
-[[nodiscard]] TiffPlace read_tiff_place(const TiffHandle& handle);
+[[nodiscard]] Result<TiffLayout> read_tiff_layout(const TiffHandle& handle, const TiffTags& tags, const std::string& name, bool expand_palette);
+[[nodiscard]] TiffPlace read_tiff_place(const TiffTags& tags);
 
 }  // namespace vt::source
