@@ -4,9 +4,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cstring>
+#include <fstream>
 #include <mutex>
 #include <optional>
+#include <string_view>
 #include <vector>
 
 #include "builder/source/block_cache.h"
@@ -73,6 +76,14 @@ Result<Input> open_input(const std::filesystem::path& path) {
     return fail(unknown ? ErrorCode::kUnsupported : ErrorCode::kInvalidData, fmt::format("{}: cannot read it as a picture: {}", path.string(), reason));
   }
   return input;
+}
+
+// OpenImageIO 2.4 forgets to swap the bytes of 16-bit samples when a PNG is interlaced: wrong values without any error.
+bool is_wide_interlaced_png(const std::filesystem::path& path) {
+  std::array<char, 29> head{};
+  std::ifstream file(path, std::ios::binary);
+  file.read(head.data(), head.size());
+  return file.gcount() == static_cast<std::streamsize>(head.size()) && std::string_view(head.data(), 4) == "\x89PNG" && head[24] == 16 && head[28] == 1;
 }
 
 class PictureSource final : public RasterSource {
@@ -167,6 +178,7 @@ Result<std::unique_ptr<RasterSource>> open_picture(const std::filesystem::path& 
   const auto unsupported = [&](const std::string& what) {
     return fail(ErrorCode::kUnsupported, fmt::format("{} ({}): {}", path.string(), input.decoder->format_name(), what));
   };
+  if (is_wide_interlaced_png(path)) return unsupported("a 16-bit PNG that is interlaced is not decoded reliably; save it without interlacing");
   if (spec.deep || spec.depth > 1) return unsupported("deep and volume pictures are not read");
   if (spec.width < 1 || spec.height < 1 || spec.nchannels < 1) {
     return fail(ErrorCode::kInvalidData, fmt::format("{}: a picture of {} x {} x {}", path.string(), spec.width, spec.height, spec.nchannels));

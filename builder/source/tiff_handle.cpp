@@ -64,9 +64,9 @@ Result<std::unique_ptr<TiffHandle>> TiffHandle::open(std::shared_ptr<const FileB
   TIFFOpenOptionsSetErrorHandlerExtR(options.get(), &TiffHandle::on_error, handle.get());
   TIFFOpenOptionsSetWarningHandlerExtR(options.get(), &TiffHandle::on_warning, handle.get());
   // m: no memory map. D, O: offsets and byte counts of blocks are read when asked for, so that opening costs the same for any file.
-  // C: a single strip stays one strip; we read parts of it ourselves.
+  // c: a single strip stays one strip; we read parts of it ourselves.
   handle->tiff_ = TIFFClientOpenExt(
-      name.c_str(), "rmDOC", handle.get(), &TiffHandle::on_read, [](thandle_t, void*, tmsize_t) -> tmsize_t { return 0; }, &TiffHandle::on_seek,
+      name.c_str(), "rmDOc", handle.get(), &TiffHandle::on_read, [](thandle_t, void*, tmsize_t) -> tmsize_t { return 0; }, &TiffHandle::on_seek,
       [](thandle_t) { return 0; }, &TiffHandle::on_size, [](thandle_t, void**, toff_t*) { return 0; }, [](thandle_t, void*, toff_t) {}, options.get());
   if (handle->tiff_ == nullptr) {
     return fail(ErrorCode::kInvalidData, fmt::format("{}: damaged TIFF: {}", name, handle->error_.empty() ? "no directory" : handle->error_));

@@ -31,7 +31,6 @@ const std::map<std::string, std::string> kRefused = {
     {"geotiff-variants/encodings/libtiffpic_off_luv32.tif", "PhotometricInterpretation 32845"},
     {"geotiff-variants/encodings/minisblack-2c-8b-alpha.tiff", "associated alpha"},
     {"geotiff-variants/encodings/gradient-1c-64b.tiff", "64 bits"},
-    {"geotiff-variants/encodings/gradient-3c-64b.tiff", "64 bits"},
     {"geotiff-variants/gdal/gtiff_int64_full_range.tif", "64 bits"},
     {"geotiff-variants/gdal/gtiff_uint64_full_range.tif", "64 bits"},
     {"geotiff-variants/gdal/gtiff_uint64_LZW_predictor_2.tif", "64 bits"},
@@ -296,6 +295,53 @@ TEST_F(Truth, EveryCrsThatWeDoNotReadIsExplained) {
   for (const std::string& problem : unread) std::printf("  unread CRS: %s\n", problem.c_str());
 }
 
+TEST_F(Truth, PicturesReadAsGdalReadsThem) {
+  int checked = 0;
+  for (const Json& file : truth().at("files")) {
+    const auto path = file.at("path").get<std::string>();
+    const bool picture = path.ends_with(".jpg") || path.ends_with(".png") || path.ends_with(".jp2");
+    const bool clean = file.contains("gdal_clean") && file.at("gdal_clean") == true;
+    // GDAL brings CMYK to RGB by a rule of its own, and shows palette indices where OpenImageIO shows colours.
+    if (!picture || !clean || path == "formats/jpeg/rgb_ntf_cmyk.jpg" || path == "formats/worldfile/test.png") continue;
+    if (path.starts_with("formats/corrupt/")) continue;
+    SCOPED_TRACE(path);
+    const auto source = open_raster(data_path(file));
+    if (path == "formats/png/uint16_interlaced.png") {  // OpenImageIO swaps its bytes, so we refuse
+      ASSERT_FALSE(source.has_value());
+      EXPECT_EQ(source.error().code, ErrorCode::kUnsupported);
+      continue;
+    }
+    ASSERT_TRUE(source.has_value()) << source.error().message;
+    const RasterInfo& info = (*source)->info();
+    EXPECT_EQ(info.width, file.at("width").get<std::int64_t>());
+    EXPECT_EQ(info.height, file.at("height").get<std::int64_t>());
+    const bool transparent_color = path == "formats/png/tbbn2c16.png";  // one colour is declared transparent: an alpha band to OpenImageIO
+    EXPECT_EQ(info.bands, file.at("bands").get<int>() + (transparent_color ? 1 : 0));
+    EXPECT_EQ(info.sample_type, kGdalTypes.at(file.at("dtype").get<std::string>()));
+    if (path.starts_with("formats/worldfile/")) {
+      const auto t = file.at("geotransform").get<std::vector<double>>();
+      ASSERT_TRUE(info.has_transform);
+      EXPECT_NEAR(info.transform.x0, t[0], 1e-9 * std::abs(t[0]));
+      EXPECT_NEAR(info.transform.y0, t[3], 1e-9 * std::abs(t[3]));
+      EXPECT_EQ(info.transform.x_column, t[1]);
+      EXPECT_EQ(info.transform.y_row, t[5]);
+    }
+    // Decoders of JPEG may differ in rounding; the same libraries usually agree to 1, two colour conversions to 2.
+    const double tolerance = file.at("lossy_decoder") == true ? 2.0 : 0.0;
+    for (std::size_t b = 0; b < file.at("band_info").size(); ++b) {
+      const std::array<int, 1> wanted = {static_cast<int>(b)};
+      for (const Json& sample : file.at("band_info")[b].at("samples")) {
+        std::vector<std::byte> one(sample_bytes(info.sample_type));
+        const auto read = (*source)->read({sample[0].get<std::int64_t>(), sample[1].get<std::int64_t>(), 1, 1}, wanted, one, one.size());
+        ASSERT_TRUE(read.has_value()) << read.error().message;
+        EXPECT_NEAR(sample_at(one.data(), info.sample_type), number(sample[2]), tolerance) << "band " << b << " at " << sample;
+      }
+    }
+    ++checked;
+  }
+  EXPECT_GE(checked, 15);
+}
+
 TEST_F(Truth, DamagedFilesEndInAnErrorOrInGdalsPixels) {
   for (const Json& file : truth().at("files")) {
     const auto path = file.at("path").get<std::string>();
@@ -316,13 +362,16 @@ TEST_F(Truth, DamagedFilesEndInAnErrorOrInGdalsPixels) {
     const std::size_t pitch = static_cast<std::size_t>(width) * bands.size() * sample_bytes(info.sample_type);
     std::vector<std::byte> pixels(pitch * static_cast<std::size_t>(rows));
     bool failed = false;
-    for (std::int64_t y = 0; y < std::min<std::int64_t>(info.height, 8192) && !failed; y += rows) {
+    const std::int64_t last = std::min<std::int64_t>(info.height, (std::int64_t{1} << 26) / width);  // all of most, the head of the huge ones
+    for (std::int64_t y = 0; y < last && !failed; y += rows) {
       const auto read = (*source)->read({0, y, width, std::min(rows, info.height - y)}, bands, pixels, pitch);
       failed = !read;
       EXPECT_TRUE(!failed || read.error().message.find("row") != std::string::npos) << read.error().message;
     }
     // Valid but for its size, which GDAL cannot count; its one block is sparse.
     if (path == "geotiff-variants/corrupt/image_width_above_32bit.tif") continue;
+    // GDAL minds a broken link to a second directory; the pixels of the first are there.
+    if (path == "geotiff-variants/corrupt/gtiff_ossfuzz_470691578.tif") continue;
     const bool unreadable = file.contains("gdal_reads") && file.at("gdal_reads") == false;
     EXPECT_TRUE(failed || !unreadable) << "GDAL cannot read this, we made something up";
   }
