@@ -55,10 +55,18 @@ struct PlanePicks {
       return;
     }
     switch (bytes) {
-      case 1: gather_samples<1>(in, in_stride, out, out_stride, count, picks); break;
-      case 2: gather_samples<2>(in, in_stride, out, out_stride, count, picks); break;
-      case 4: gather_samples<4>(in, in_stride, out, out_stride, count, picks); break;
-      default: gather_samples<8>(in, in_stride, out, out_stride, count, picks); break;
+      case 1:
+        gather_samples<1>(in, in_stride, out, out_stride, count, picks);
+        break;
+      case 2:
+        gather_samples<2>(in, in_stride, out, out_stride, count, picks);
+        break;
+      case 4:
+        gather_samples<4>(in, in_stride, out, out_stride, count, picks);
+        break;
+      default:
+        gather_samples<8>(in, in_stride, out, out_stride, count, picks);
+        break;
     }
   }
 };
@@ -70,8 +78,11 @@ std::vector<PlanePicks> picks_by_plane(const TiffLayout& layout, std::span<const
     const int plane = layout.planar_separate ? bands[i] : 0;
     auto found = std::ranges::find(planes, plane, &PlanePicks::plane);
     if (found == planes.end()) {
-      planes.push_back(
-          {.plane = plane, .plane_bands = layout.bands_per_plane(), .picks = {}, .out_bands = static_cast<int>(bands.size()), .bytes = sample_bytes(layout.sample_type)});
+      planes.push_back({.plane = plane,
+                        .plane_bands = layout.bands_per_plane(),
+                        .picks = {},
+                        .out_bands = static_cast<int>(bands.size()),
+                        .bytes = sample_bytes(layout.sample_type)});
       found = planes.end() - 1;
     }
     found->picks.push_back({.from = layout.planar_separate ? 0 : bands[i], .to = static_cast<int>(i)});
@@ -92,13 +103,23 @@ void put_mask(const std::byte* in, int mask_bands, std::int64_t count, std::byte
 void put_mask_row(SampleType type, const std::byte* in, int mask_bands, std::int64_t count, std::byte* out, std::size_t stride) {
   switch (type) {
     case SampleType::kUint8:
-    case SampleType::kInt8: put_mask<std::uint8_t>(in, mask_bands, count, out, stride); break;
+    case SampleType::kInt8:
+      put_mask<std::uint8_t>(in, mask_bands, count, out, stride);
+      break;
     case SampleType::kUint16:
-    case SampleType::kInt16: put_mask<std::uint16_t>(in, mask_bands, count, out, stride); break;
+    case SampleType::kInt16:
+      put_mask<std::uint16_t>(in, mask_bands, count, out, stride);
+      break;
     case SampleType::kUint32:
-    case SampleType::kInt32: put_mask<std::uint32_t>(in, mask_bands, count, out, stride); break;
-    case SampleType::kFloat32: put_mask<float>(in, mask_bands, count, out, stride); break;
-    case SampleType::kFloat64: put_mask<double>(in, mask_bands, count, out, stride); break;
+    case SampleType::kInt32:
+      put_mask<std::uint32_t>(in, mask_bands, count, out, stride);
+      break;
+    case SampleType::kFloat32:
+      put_mask<float>(in, mask_bands, count, out, stride);
+      break;
+    case SampleType::kFloat64:
+      put_mask<double>(in, mask_bands, count, out, stride);
+      break;
   }
 }
 
@@ -109,10 +130,12 @@ class GeoTiffSource final : public RasterSource {
     info_ = std::move(info);
   }
 
-  Result<void> read(const Window& window, std::span<const int> bands, std::span<std::byte> out, std::size_t row_pitch_bytes) const override {
+  Result<void> read(const Window& window, std::span<const int> bands, std::span<std::byte> out,
+                    std::size_t row_pitch_bytes) const override {
     VT_CHECK(check_request(info_, window, bands, out, row_pitch_bytes));
     for (const PlanePicks& plane : picks_by_plane(image_->layout(), bands)) {
-      VT_CHECK(image_->is_direct() ? read_plane_direct(plane, window, out, row_pitch_bytes) : read_plane(plane, window, out, row_pitch_bytes));
+      VT_CHECK(image_->is_direct() ? read_plane_direct(plane, window, out, row_pitch_bytes)
+                                   : read_plane(plane, window, out, row_pitch_bytes));
     }
     for (std::size_t i = 0; mask_ && i < bands.size(); ++i) {
       if (bands[i] == image_->layout().bands) VT_CHECK(read_mask(i, bands.size(), window, out, row_pitch_bytes));
@@ -130,7 +153,8 @@ class GeoTiffSource final : public RasterSource {
     return cache_.get(cell_key(decoder, cell_x, cell_y, plane), [&] { return decoder.decode_cell(cell_x, cell_y, plane); });
   }
 
-  // Calls use(cell samples at the first wanted column, first row in the output, first column in the output, columns, row bytes of the cell, rows).
+  // Calls use(cell samples at the first wanted column, first row in the output, first column in the output, columns, row bytes of the cell,
+  // rows).
   template <class Use>
   Result<void> for_each_cell(const TiffDecoder& decoder, int plane, bool may_skip_cache, const Window& window, const Use& use) const {
     const TiffLayout& layout = decoder.layout();
@@ -165,13 +189,14 @@ class GeoTiffSource final : public RasterSource {
   Result<void> read_plane(const PlanePicks& plane, const Window& window, std::span<std::byte> out, std::size_t pitch) const {
     const std::size_t out_stride = plane.bytes * static_cast<std::size_t>(plane.out_bands);
     const bool all_bands = static_cast<int>(plane.picks.size()) == plane.plane_bands;
-    return for_each_cell(*image_, plane.plane, all_bands, window,
-                         [&](const std::byte* in, std::int64_t row, std::int64_t column, std::int64_t columns, std::int64_t rows) {
-                           for (std::int64_t r = 0; r < rows; ++r) {
-                             plane.copy_row(in + r * image_->cell_row_bytes(),
-                                            out.data() + static_cast<std::size_t>(row + r) * pitch + static_cast<std::size_t>(column) * out_stride, columns);
-                           }
-                         });
+    return for_each_cell(
+        *image_, plane.plane, all_bands, window,
+        [&](const std::byte* in, std::int64_t row, std::int64_t column, std::int64_t columns, std::int64_t rows) {
+          for (std::int64_t r = 0; r < rows; ++r) {
+            plane.copy_row(in + r * image_->cell_row_bytes(),
+                           out.data() + static_cast<std::size_t>(row + r) * pitch + static_cast<std::size_t>(column) * out_stride, columns);
+          }
+        });
   }
 
   // Uncompressed files: straight from the file, the operating system's cache is the cache.
@@ -199,7 +224,8 @@ class GeoTiffSource final : public RasterSource {
                                             .rows = rows,
                                             .column = left - block_left,
                                             .columns = columns};
-          std::byte* target = out.data() + static_cast<std::size_t>(row - window.y) * pitch + static_cast<std::size_t>(left - window.x) * out_stride;
+          std::byte* target =
+              out.data() + static_cast<std::size_t>(row - window.y) * pitch + static_cast<std::size_t>(left - window.x) * out_stride;
           const auto row_bytes = static_cast<std::size_t>(columns * in_stride);
           const std::size_t bytes = row_bytes * static_cast<std::size_t>(rows);
           if (plane.is_plain_copy() && (rows == 1 || pitch == row_bytes)) {
@@ -207,7 +233,9 @@ class GeoTiffSource final : public RasterSource {
           } else {
             buffer.resize(bytes);
             VT_CHECK(image_->read_direct(rect, buffer));
-            for (std::int64_t r = 0; r < rows; ++r) plane.copy_row(buffer.data() + static_cast<std::size_t>(r) * row_bytes, target + static_cast<std::size_t>(r) * pitch, columns);
+            for (std::int64_t r = 0; r < rows; ++r)
+              plane.copy_row(buffer.data() + static_cast<std::size_t>(r) * row_bytes, target + static_cast<std::size_t>(r) * pitch,
+                             columns);
           }
           row += rows;
         }
@@ -216,16 +244,18 @@ class GeoTiffSource final : public RasterSource {
     return {};
   }
 
-  Result<void> read_mask(std::size_t out_band, std::size_t out_bands, const Window& window, std::span<std::byte> out, std::size_t pitch) const {
+  Result<void> read_mask(std::size_t out_band, std::size_t out_bands, const Window& window, std::span<std::byte> out,
+                         std::size_t pitch) const {
     const std::size_t bytes = sample_bytes(info_.sample_type);
     const std::size_t stride = bytes * out_bands;
-    return for_each_cell(*mask_, 0, false, window,
-                         [&](const std::byte* in, std::int64_t row, std::int64_t column, std::int64_t columns, std::int64_t rows) {
-                           for (std::int64_t r = 0; r < rows; ++r) {
-                             std::byte* target = out.data() + static_cast<std::size_t>(row + r) * pitch + static_cast<std::size_t>(column) * stride + out_band * bytes;
-                             put_mask_row(info_.sample_type, in + r * mask_->cell_row_bytes(), mask_->layout().bands, columns, target, stride);
-                           }
-                         });
+    return for_each_cell(
+        *mask_, 0, false, window, [&](const std::byte* in, std::int64_t row, std::int64_t column, std::int64_t columns, std::int64_t rows) {
+          for (std::int64_t r = 0; r < rows; ++r) {
+            std::byte* target =
+                out.data() + static_cast<std::size_t>(row + r) * pitch + static_cast<std::size_t>(column) * stride + out_band * bytes;
+            put_mask_row(info_.sample_type, in + r * mask_->cell_row_bytes(), mask_->layout().bands, columns, target, stride);
+          }
+        });
   }
 
   std::unique_ptr<TiffDecoder> image_;
@@ -233,7 +263,8 @@ class GeoTiffSource final : public RasterSource {
   mutable BlockCache cache_;
 };
 
-// The transparency mask of the full-size image, when there is one among the later directories. Damage behind the first directory is not ours to judge.
+// The transparency mask of the full-size image, when there is one among the later directories. Damage behind the first directory is not
+// ours to judge.
 Result<std::unique_ptr<TiffDecoder>> find_mask(TiffHandle& handle, const std::shared_ptr<const FileBytes>& file, const TiffLayout& image) {
   for (int directory = 1; directory < kMaxDirectories && TIFFReadDirectory(handle.get()) == 1; ++directory) {
     std::uint32_t type = 0;
@@ -243,7 +274,8 @@ Result<std::unique_ptr<TiffDecoder>> find_mask(TiffHandle& handle, const std::sh
     VT_ASSIGN(TiffLayout layout, read_tiff_layout(handle, tags, file->path().string() + " (mask)", false));
     if (layout.width != image.width || layout.height != image.height) continue;
     if (layout.sample_type != SampleType::kUint8 || layout.planar_separate) {
-      return fail(ErrorCode::kUnsupported, fmt::format("{}: a transparency mask of {} bands and {} bits", file->path().string(), layout.bands, layout.bits));
+      return fail(ErrorCode::kUnsupported,
+                  fmt::format("{}: a transparency mask of {} bands and {} bits", file->path().string(), layout.bands, layout.bits));
     }
     layout.invert = false;
     layout.fill.reset();

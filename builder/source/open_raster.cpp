@@ -50,14 +50,30 @@ void straighten(std::span<std::byte> bytes, int bands, int alpha_band, double ma
 
 void straighten_alpha(SampleType type, std::span<std::byte> samples, int bands, int alpha_band, double max_code) {
   switch (type) {
-    case SampleType::kUint8: straighten<std::uint8_t>(samples, bands, alpha_band, max_code); break;
-    case SampleType::kInt8: straighten<std::int8_t>(samples, bands, alpha_band, 127.0); break;
-    case SampleType::kUint16: straighten<std::uint16_t>(samples, bands, alpha_band, max_code); break;
-    case SampleType::kInt16: straighten<std::int16_t>(samples, bands, alpha_band, 32767.0); break;
-    case SampleType::kUint32: straighten<std::uint32_t>(samples, bands, alpha_band, max_code); break;
-    case SampleType::kInt32: straighten<std::int32_t>(samples, bands, alpha_band, 2147483647.0); break;
-    case SampleType::kFloat32: straighten<float>(samples, bands, alpha_band, 1.0); break;
-    case SampleType::kFloat64: straighten<double>(samples, bands, alpha_band, 1.0); break;
+    case SampleType::kUint8:
+      straighten<std::uint8_t>(samples, bands, alpha_band, max_code);
+      break;
+    case SampleType::kInt8:
+      straighten<std::int8_t>(samples, bands, alpha_band, 127.0);
+      break;
+    case SampleType::kUint16:
+      straighten<std::uint16_t>(samples, bands, alpha_band, max_code);
+      break;
+    case SampleType::kInt16:
+      straighten<std::int16_t>(samples, bands, alpha_band, 32767.0);
+      break;
+    case SampleType::kUint32:
+      straighten<std::uint32_t>(samples, bands, alpha_band, max_code);
+      break;
+    case SampleType::kInt32:
+      straighten<std::int32_t>(samples, bands, alpha_band, 2147483647.0);
+      break;
+    case SampleType::kFloat32:
+      straighten<float>(samples, bands, alpha_band, 1.0);
+      break;
+    case SampleType::kFloat64:
+      straighten<double>(samples, bands, alpha_band, 1.0);
+      break;
   }
 }
 
@@ -72,8 +88,8 @@ Result<void> apply_options(const OpenOptions& options, RasterInfo& info) {
     const bool sane = std::isfinite(area.west) && std::isfinite(area.south) && area.west < area.east && area.south < area.north &&
                       std::isfinite(area.east) && std::isfinite(area.north);
     if (!sane) {
-      return fail(ErrorCode::kUsage, fmt::format("{}: extent west {} south {} east {} north {}: wanted west < east and south < north", info.path.string(),
-                                                 area.west, area.south, area.east, area.north));
+      return fail(ErrorCode::kUsage, fmt::format("{}: extent west {} south {} east {} north {}: wanted west < east and south < north",
+                                                 info.path.string(), area.west, area.south, area.east, area.north));
     }
     info.transform = geo::GeoTransform{.x0 = area.west,
                                        .x_column = (area.east - area.west) / static_cast<double>(info.width),
@@ -97,8 +113,8 @@ Result<void> check_request(const RasterInfo& info, const Window& window, std::sp
   const bool inside = window.x >= 0 && window.y >= 0 && window.width > 0 && window.height > 0 && window.width <= info.width - window.x &&
                       window.height <= info.height - window.y;
   if (!inside) {
-    return fail(ErrorCode::kUsage, fmt::format("{}: window {},{} {}x{} is not inside the raster of {}x{}", info.path.string(), window.x, window.y,
-                                               window.width, window.height, info.width, info.height));
+    return fail(ErrorCode::kUsage, fmt::format("{}: window {},{} {}x{} is not inside the raster of {}x{}", info.path.string(), window.x,
+                                               window.y, window.width, window.height, info.width, info.height));
   }
   for (const int band : bands) {
     if (band < 0 || band >= info.bands) {
@@ -120,7 +136,8 @@ Result<std::unique_ptr<RasterSource>> open_raster(const std::filesystem::path& p
     return got == 4 && std::ranges::equal(magic, bytes, [](std::byte a, int b) { return std::to_integer<int>(a) == b; });
   };
   // TIFF and BigTIFF, either byte order.
-  if (starts_with({'I', 'I', 42, 0}) || starts_with({'M', 'M', 0, 42}) || starts_with({'I', 'I', 43, 0}) || starts_with({'M', 'M', 0, 43})) {
+  if (starts_with({'I', 'I', 42, 0}) || starts_with({'M', 'M', 0, 42}) || starts_with({'I', 'I', 43, 0}) ||
+      starts_with({'M', 'M', 0, 43})) {
     return open_geotiff(std::move(file), options);
   }
   return open_picture(path, options);

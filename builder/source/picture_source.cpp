@@ -23,39 +23,60 @@ constexpr std::int64_t kBandBytes = std::int64_t{2} << 20;  // of rows decoded t
 std::optional<SampleType> sample_type_of(const OIIO::ImageSpec& spec) {
   if (!spec.channelformats.empty()) return SampleType::kFloat32;  // OpenEXR channels of several types
   switch (spec.format.basetype) {
-    case OIIO::TypeDesc::UINT8: return SampleType::kUint8;
-    case OIIO::TypeDesc::INT8: return SampleType::kInt8;
-    case OIIO::TypeDesc::UINT16: return SampleType::kUint16;
-    case OIIO::TypeDesc::INT16: return SampleType::kInt16;
-    case OIIO::TypeDesc::UINT32: return SampleType::kUint32;
-    case OIIO::TypeDesc::INT32: return SampleType::kInt32;
+    case OIIO::TypeDesc::UINT8:
+      return SampleType::kUint8;
+    case OIIO::TypeDesc::INT8:
+      return SampleType::kInt8;
+    case OIIO::TypeDesc::UINT16:
+      return SampleType::kUint16;
+    case OIIO::TypeDesc::INT16:
+      return SampleType::kInt16;
+    case OIIO::TypeDesc::UINT32:
+      return SampleType::kUint32;
+    case OIIO::TypeDesc::INT32:
+      return SampleType::kInt32;
     case OIIO::TypeDesc::HALF:
-    case OIIO::TypeDesc::FLOAT: return SampleType::kFloat32;
-    case OIIO::TypeDesc::DOUBLE: return SampleType::kFloat64;
-    default: return std::nullopt;
+    case OIIO::TypeDesc::FLOAT:
+      return SampleType::kFloat32;
+    case OIIO::TypeDesc::DOUBLE:
+      return SampleType::kFloat64;
+    default:
+      return std::nullopt;
   }
 }
 
 OIIO::TypeDesc oiio_type(SampleType type) {
   switch (type) {
-    case SampleType::kUint8: return OIIO::TypeDesc::UINT8;
-    case SampleType::kInt8: return OIIO::TypeDesc::INT8;
-    case SampleType::kUint16: return OIIO::TypeDesc::UINT16;
-    case SampleType::kInt16: return OIIO::TypeDesc::INT16;
-    case SampleType::kUint32: return OIIO::TypeDesc::UINT32;
-    case SampleType::kInt32: return OIIO::TypeDesc::INT32;
-    case SampleType::kFloat32: return OIIO::TypeDesc::FLOAT;
-    case SampleType::kFloat64: return OIIO::TypeDesc::DOUBLE;
+    case SampleType::kUint8:
+      return OIIO::TypeDesc::UINT8;
+    case SampleType::kInt8:
+      return OIIO::TypeDesc::INT8;
+    case SampleType::kUint16:
+      return OIIO::TypeDesc::UINT16;
+    case SampleType::kInt16:
+      return OIIO::TypeDesc::INT16;
+    case SampleType::kUint32:
+      return OIIO::TypeDesc::UINT32;
+    case SampleType::kInt32:
+      return OIIO::TypeDesc::INT32;
+    case SampleType::kFloat32:
+      return OIIO::TypeDesc::FLOAT;
+    case SampleType::kFloat64:
+      return OIIO::TypeDesc::DOUBLE;
   }
   return OIIO::TypeDesc::UNKNOWN;
 }
 
 double full_code(SampleType type) {
   switch (type) {
-    case SampleType::kUint8: return 255.0;
-    case SampleType::kUint16: return 65535.0;
-    case SampleType::kUint32: return 4294967295.0;
-    default: return 1.0;  // signed types and floats are known to straighten_alpha()
+    case SampleType::kUint8:
+      return 255.0;
+    case SampleType::kUint16:
+      return 65535.0;
+    case SampleType::kUint32:
+      return 4294967295.0;
+    default:
+      return 1.0;  // signed types and floats are known to straighten_alpha()
   }
 }
 
@@ -73,7 +94,8 @@ Result<Input> open_input(const std::filesystem::path& path) {
   if (!input.decoder) {
     const std::string reason = OIIO::geterror();
     const bool unknown = reason.find("could not find a format reader") != std::string::npos;
-    return fail(unknown ? ErrorCode::kUnsupported : ErrorCode::kInvalidData, fmt::format("{}: cannot read it as a picture: {}", path.string(), reason));
+    return fail(unknown ? ErrorCode::kUnsupported : ErrorCode::kInvalidData,
+                fmt::format("{}: cannot read it as a picture: {}", path.string(), reason));
   }
   return input;
 }
@@ -83,7 +105,8 @@ bool is_wide_interlaced_png(const std::filesystem::path& path) {
   std::array<char, 29> head{};
   std::ifstream file(path, std::ios::binary);
   file.read(head.data(), head.size());
-  return file.gcount() == static_cast<std::streamsize>(head.size()) && std::string_view(head.data(), 4) == "\x89PNG" && head[24] == 16 && head[28] == 1;
+  return file.gcount() == static_cast<std::streamsize>(head.size()) && std::string_view(head.data(), 4) == "\x89PNG" && head[24] == 16 &&
+         head[28] == 1;
 }
 
 class PictureSource final : public RasterSource {
@@ -96,7 +119,8 @@ class PictureSource final : public RasterSource {
     idle_.push_back(std::move(first));
   }
 
-  Result<void> read(const Window& window, std::span<const int> bands, std::span<std::byte> out, std::size_t row_pitch_bytes) const override {
+  Result<void> read(const Window& window, std::span<const int> bands, std::span<std::byte> out,
+                    std::size_t row_pitch_bytes) const override {
     VT_CHECK(check_request(info_, window, bands, out, row_pitch_bytes));
     const std::size_t bytes = sample_bytes(info_.sample_type);
     const std::int64_t bottom = window.y + window.height;
@@ -104,7 +128,8 @@ class PictureSource final : public RasterSource {
       VT_ASSIGN(const BlockPtr rows, cache_.get(static_cast<std::uint64_t>(band), [&] { return decode(band); }));
       const std::int64_t top = band * info_.block_height;
       for (std::int64_t y = std::max(window.y, top); y < std::min(bottom, top + info_.block_height); ++y) {
-        const std::byte* from = rows->data() + static_cast<std::size_t>(y - top) * row_bytes_ + static_cast<std::size_t>(window.x) * pixel_bytes_;
+        const std::byte* from =
+            rows->data() + static_cast<std::size_t>(y - top) * row_bytes_ + static_cast<std::size_t>(window.x) * pixel_bytes_;
         std::byte* to = out.data() + static_cast<std::size_t>(y - window.y) * row_pitch_bytes;
         for (std::int64_t x = 0; x < window.width; ++x, from += pixel_bytes_) {
           for (const int wanted : bands) {
@@ -144,14 +169,16 @@ class PictureSource final : public RasterSource {
     const OIIO::TypeDesc type = oiio_type(info_.sample_type);
     bool ok = false;
     try {
-      ok = info_.tiled ? input.decoder->read_tiles(0, 0, spec.x, spec.x + spec.width, y_begin, y_end, spec.z, spec.z + 1, 0, spec.nchannels, type, block.data())
+      ok = info_.tiled ? input.decoder->read_tiles(0, 0, spec.x, spec.x + spec.width, y_begin, y_end, spec.z, spec.z + 1, 0, spec.nchannels,
+                                                   type, block.data())
                        : input.decoder->read_scanlines(0, 0, y_begin, y_end, spec.z, 0, spec.nchannels, type, block.data());
     } catch (const std::exception&) {
       // OpenEXR throws through some readers; the message below says what matters.
     }
     const std::string reason = input.decoder->geterror();
     if (!ok || !reason.empty()) {
-      return fail(ErrorCode::kCorrupt, fmt::format("{}: row {}, column 0: {}", info_.path.string(), top, reason.empty() ? "cannot be decoded" : reason));
+      return fail(ErrorCode::kCorrupt,
+                  fmt::format("{}: row {}, column 0: {}", info_.path.string(), top, reason.empty() ? "cannot be decoded" : reason));
     }
     input.next_row = top + rows;
     {
@@ -178,10 +205,12 @@ Result<std::unique_ptr<RasterSource>> open_picture(const std::filesystem::path& 
   const auto unsupported = [&](const std::string& what) {
     return fail(ErrorCode::kUnsupported, fmt::format("{} ({}): {}", path.string(), input.decoder->format_name(), what));
   };
-  if (is_wide_interlaced_png(path)) return unsupported("a 16-bit PNG that is interlaced is not decoded reliably; save it without interlacing");
+  if (is_wide_interlaced_png(path))
+    return unsupported("a 16-bit PNG that is interlaced is not decoded reliably; save it without interlacing");
   if (spec.deep || spec.depth > 1) return unsupported("deep and volume pictures are not read");
   if (spec.width < 1 || spec.height < 1 || spec.nchannels < 1) {
-    return fail(ErrorCode::kInvalidData, fmt::format("{}: a picture of {} x {} x {}", path.string(), spec.width, spec.height, spec.nchannels));
+    return fail(ErrorCode::kInvalidData,
+                fmt::format("{}: a picture of {} x {} x {}", path.string(), spec.width, spec.height, spec.nchannels));
   }
   const auto type = sample_type_of(spec);
   if (!type) return unsupported(fmt::format("samples of type {}", spec.format.c_str()));
@@ -198,7 +227,8 @@ Result<std::unique_ptr<RasterSource>> open_picture(const std::filesystem::path& 
   const std::int64_t row_bytes = info.width * info.bands * static_cast<std::int64_t>(sample_bytes(*type));
   info.block_width = info.width;
   info.block_height = info.tiled ? spec.tile_height : std::clamp<std::int64_t>(kBandBytes / row_bytes, 1, info.height);
-  if (row_bytes > kMaxCellBytes / info.block_height) return unsupported(fmt::format("rows of {} bytes are more than this program holds", row_bytes));
+  if (row_bytes > kMaxCellBytes / info.block_height)
+    return unsupported(fmt::format("rows of {} bytes are more than this program holds", row_bytes));
   VT_CHECK(apply_options(options, info));
   const bool associated = info.alpha_band >= 0 && spec.get_int_attribute("oiio:UnassociatedAlpha", 0) == 0;
   return std::make_unique<PictureSource>(std::move(info), std::move(input), associated, options.cache_bytes);

@@ -17,11 +17,11 @@ inline constexpr std::int64_t kMaxCellBytes = std::int64_t{256} << 20;
 [[nodiscard]] Result<void> apply_options(const OpenOptions& options, RasterInfo& info);
 
 // kUsage when the arguments of RasterSource::read() do not fit the raster or the buffer.
-[[nodiscard]] Result<void> check_request(const RasterInfo& info, const Window& window, std::span<const int> bands, std::span<const std::byte> out,
-                                         std::size_t row_pitch_bytes);
+[[nodiscard]] Result<void> check_request(const RasterInfo& info, const Window& window, std::span<const int> bands,
+                                         std::span<const std::byte> out, std::size_t row_pitch_bytes);
 
-// Premultiplied colours to straight ones, in place: interleaved samples of `bands` bands. Rounded to the nearest code; without alpha there is no
-// colour to recover and integers become 0. `max_code` is full coverage; 1 for floating point.
+// Premultiplied colours to straight ones, in place: interleaved samples of `bands` bands. Rounded to the nearest code; without alpha there
+// is no colour to recover and integers become 0. `max_code` is full coverage; 1 for floating point.
 void straighten_alpha(SampleType type, std::span<std::byte> samples, int bands, int alpha_band, double max_code);
 
 }  // namespace vt::source

@@ -45,10 +45,17 @@ tmsize_t TiffHandle::on_read(thandle_t self, void* out, tmsize_t bytes) {
 toff_t TiffHandle::on_seek(thandle_t self, toff_t offset, int whence) {
   auto& handle = *static_cast<TiffHandle*>(self);
   switch (whence) {
-    case SEEK_SET: handle.position_ = offset; break;
-    case SEEK_CUR: handle.position_ += offset; break;
-    case SEEK_END: handle.position_ = handle.file_->size() + offset; break;
-    default: return static_cast<toff_t>(-1);
+    case SEEK_SET:
+      handle.position_ = offset;
+      break;
+    case SEEK_CUR:
+      handle.position_ += offset;
+      break;
+    case SEEK_END:
+      handle.position_ = handle.file_->size() + offset;
+      break;
+    default:
+      return static_cast<toff_t>(-1);
   }
   return handle.position_;
 }
@@ -66,10 +73,12 @@ Result<std::unique_ptr<TiffHandle>> TiffHandle::open(std::shared_ptr<const FileB
   // m: no memory map. D, O: offsets and byte counts of blocks are read when asked for, so that opening costs the same for any file.
   // c: a single strip stays one strip; we read parts of it ourselves.
   handle->tiff_ = TIFFClientOpenExt(
-      name.c_str(), "rmDOc", handle.get(), &TiffHandle::on_read, [](thandle_t, void*, tmsize_t) -> tmsize_t { return 0; }, &TiffHandle::on_seek,
-      [](thandle_t) { return 0; }, &TiffHandle::on_size, [](thandle_t, void**, toff_t*) { return 0; }, [](thandle_t, void*, toff_t) {}, options.get());
+      name.c_str(), "rmDOc", handle.get(), &TiffHandle::on_read, [](thandle_t, void*, tmsize_t) -> tmsize_t { return 0; },
+      &TiffHandle::on_seek, [](thandle_t) { return 0; }, &TiffHandle::on_size, [](thandle_t, void**, toff_t*) { return 0; },
+      [](thandle_t, void*, toff_t) {}, options.get());
   if (handle->tiff_ == nullptr) {
-    return fail(ErrorCode::kInvalidData, fmt::format("{}: damaged TIFF: {}", name, handle->error_.empty() ? "no directory" : handle->error_));
+    return fail(ErrorCode::kInvalidData,
+                fmt::format("{}: damaged TIFF: {}", name, handle->error_.empty() ? "no directory" : handle->error_));
   }
   if (directory != 0 && TIFFSetDirectory(handle->tiff_, directory) == 0) {
     return fail(ErrorCode::kInvalidData, fmt::format("{}: damaged TIFF directory {}: {}", name, directory, handle->error_));

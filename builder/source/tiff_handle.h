@@ -1,5 +1,5 @@
-// One libtiff reader over a shared file, with its own error channel: nothing is printed, nothing is memory-mapped, no global handler is touched.
-// A handle belongs to one thread at a time; TiffHandlePool lends them out.
+// One libtiff reader over a shared file, with its own error channel: nothing is printed, nothing is memory-mapped, no global handler is
+// touched. A handle belongs to one thread at a time; TiffHandlePool lends them out.
 #pragma once
 
 #include <tiffio.h>

@@ -57,7 +57,9 @@ double as_float32(double value) {
 
 double invert_code(const TiffLayout& layout, double code) { return layout.max_code - code; }
 
-tl::unexpected<Error> unsupported(const std::string& name, std::string what) { return fail(ErrorCode::kUnsupported, name + ": " + std::move(what)); }
+tl::unexpected<Error> unsupported(const std::string& name, std::string what) {
+  return fail(ErrorCode::kUnsupported, name + ": " + std::move(what));
+}
 
 struct SampleKind {
   SampleRecipe recipe;
@@ -89,11 +91,13 @@ Result<SampleKind> sample_kind(const std::string& name, std::uint16_t format, in
     case SAMPLEFORMAT_COMPLEXINT:
     case SAMPLEFORMAT_COMPLEXIEEEFP:
       return unsupported(name, "samples are complex numbers (SampleFormat 5 or 6); split them into real bands first");
-    default: break;
+    default:
+      break;
   }
-  return unsupported(name, fmt::format("samples of {} bits with SampleFormat {} are not read; wanted integers up to 32 bits or floating point of 16, 24, "
-                                       "32 or 64 bits",
-                                       bits, format));
+  return unsupported(
+      name, fmt::format("samples of {} bits with SampleFormat {} are not read; wanted integers up to 32 bits or floating point of 16, 24, "
+                        "32 or 64 bits",
+                        bits, format));
 }
 
 // 16-bit colour map entries hold c * 257 or c << 8; a few old writers stored c itself.
@@ -161,7 +165,8 @@ Result<void> read_color(TIFF* tiff, const std::string& name, bool expand_palette
   switch (photometric) {
     case PHOTOMETRIC_MINISBLACK:
     case PHOTOMETRIC_RGB:
-    case PHOTOMETRIC_MASK: break;
+    case PHOTOMETRIC_MASK:
+      break;
     case PHOTOMETRIC_MINISWHITE:
       layout.invert = is_unsigned;  // for signed numbers and floats the tag is a writer's slip
       break;
@@ -182,8 +187,8 @@ Result<void> read_color(TIFF* tiff, const std::string& name, bool expand_palette
     case PHOTOMETRIC_CIELAB: {
       std::array<char, 1024> reason{};
       if (layout.bits != 8 || TIFFRGBAImageOK(tiff, reason.data()) == 0) {
-        return unsupported(name, fmt::format("PhotometricInterpretation {} with {} bits: convert the picture to RGB first {}", photometric, layout.bits,
-                                             reason.data()));
+        return unsupported(name, fmt::format("PhotometricInterpretation {} with {} bits: convert the picture to RGB first {}", photometric,
+                                             layout.bits, reason.data()));
       }
       layout.recipe = SampleRecipe::kLibtiffRgba;
       layout.bands = 3;
@@ -192,7 +197,8 @@ Result<void> read_color(TIFF* tiff, const std::string& name, bool expand_palette
       layout.planar_separate = false;
       break;
     }
-    default: return unsupported(name, fmt::format("PhotometricInterpretation {}: convert the picture to RGB or grey first", photometric));
+    default:
+      return unsupported(name, fmt::format("PhotometricInterpretation {}: convert the picture to RGB or grey first", photometric));
   }
   return {};
 }
@@ -209,8 +215,8 @@ std::optional<geo::GeoTransform> transform_from_tags(const TiffTags& tags, bool 
     transform = geo::GeoTransform{
         .x0 = tie[3] - tie[0] * x_step, .x_column = x_step, .x_row = 0.0, .y0 = tie[4] - tie[1] * y_step, .y_column = 0.0, .y_row = y_step};
   } else if (matrix.size() >= 8) {
-    transform =
-        geo::GeoTransform{.x0 = matrix[3], .x_column = matrix[0], .x_row = matrix[1], .y0 = matrix[7], .y_column = matrix[4], .y_row = matrix[5]};
+    transform = geo::GeoTransform{
+        .x0 = matrix[3], .x_column = matrix[0], .x_row = matrix[1], .y0 = matrix[7], .y_column = matrix[4], .y_row = matrix[5]};
   }
   if (!transform) return std::nullopt;
   const bool finite = std::isfinite(transform->x0) && std::isfinite(transform->y0);
@@ -228,23 +234,39 @@ std::int64_t TiffLayout::rows_in_block(std::int64_t block_y) const { return std:
 
 std::string compression_name(std::uint16_t compression) {
   switch (compression) {
-    case COMPRESSION_NONE: return "none";
-    case COMPRESSION_CCITTRLE: return "ccitt rle";
-    case COMPRESSION_CCITTFAX3: return "ccitt fax 3";
-    case COMPRESSION_CCITTFAX4: return "ccitt fax 4";
-    case COMPRESSION_LZW: return "lzw";
-    case COMPRESSION_OJPEG: return "old jpeg";
-    case COMPRESSION_JPEG: return "jpeg";
+    case COMPRESSION_NONE:
+      return "none";
+    case COMPRESSION_CCITTRLE:
+      return "ccitt rle";
+    case COMPRESSION_CCITTFAX3:
+      return "ccitt fax 3";
+    case COMPRESSION_CCITTFAX4:
+      return "ccitt fax 4";
+    case COMPRESSION_LZW:
+      return "lzw";
+    case COMPRESSION_OJPEG:
+      return "old jpeg";
+    case COMPRESSION_JPEG:
+      return "jpeg";
     case COMPRESSION_ADOBE_DEFLATE:
-    case COMPRESSION_DEFLATE: return "deflate";
-    case COMPRESSION_PACKBITS: return "packbits";
-    case COMPRESSION_NEXT: return "next";
-    case COMPRESSION_THUNDERSCAN: return "thunderscan";
-    case COMPRESSION_LERC: return "lerc";
-    case COMPRESSION_LZMA: return "lzma";
-    case COMPRESSION_ZSTD: return "zstd";
-    case COMPRESSION_WEBP: return "webp";
-    default: return fmt::format("compression {}", compression);
+    case COMPRESSION_DEFLATE:
+      return "deflate";
+    case COMPRESSION_PACKBITS:
+      return "packbits";
+    case COMPRESSION_NEXT:
+      return "next";
+    case COMPRESSION_THUNDERSCAN:
+      return "thunderscan";
+    case COMPRESSION_LERC:
+      return "lerc";
+    case COMPRESSION_LZMA:
+      return "lzma";
+    case COMPRESSION_ZSTD:
+      return "zstd";
+    case COMPRESSION_WEBP:
+      return "webp";
+    default:
+      return fmt::format("compression {}", compression);
   }
 }
 
@@ -259,7 +281,8 @@ Result<TiffLayout> read_tiff_layout(const TiffHandle& handle, const TiffTags& ta
   std::uint16_t planar = PLANARCONFIG_CONTIG;
   std::uint16_t orientation = ORIENTATION_TOPLEFT;
   std::uint16_t fill_order = FILLORDER_MSB2LSB;
-  if (TIFFGetField(tiff, TIFFTAG_IMAGEWIDTH, &width) == 0 || TIFFGetField(tiff, TIFFTAG_IMAGELENGTH, &height) == 0 || width == 0 || height == 0) {
+  if (TIFFGetField(tiff, TIFFTAG_IMAGEWIDTH, &width) == 0 || TIFFGetField(tiff, TIFFTAG_IMAGELENGTH, &height) == 0 || width == 0 ||
+      height == 0) {
     return fail(ErrorCode::kInvalidData, fmt::format("{}: the TIFF directory gives a size of {} x {}", name, width, height));
   }
   TIFFGetFieldDefaulted(tiff, TIFFTAG_SAMPLESPERPIXEL, &samples);
@@ -280,11 +303,13 @@ Result<TiffLayout> read_tiff_layout(const TiffHandle& handle, const TiffTags& ta
   layout.byte_swapped = TIFFIsByteSwapped(tiff) != 0;
 
   if (TIFFIsCODECConfigured(layout.compression) == 0) {
-    return unsupported(name, fmt::format("Compression (tag 259) is {}, {}: this libtiff cannot decode it; rewrite the file with deflate or zstd",
-                                         layout.compression, compression_name(layout.compression)));
+    return unsupported(name,
+                       fmt::format("Compression (tag 259) is {}, {}: this libtiff cannot decode it; rewrite the file with deflate or zstd",
+                                   layout.compression, compression_name(layout.compression)));
   }
   if (orientation != ORIENTATION_TOPLEFT) {
-    return unsupported(name, fmt::format("Orientation (tag 274) is {}: only rows from the top and columns from the left (1) are read", orientation));
+    return unsupported(
+        name, fmt::format("Orientation (tag 274) is {}: only rows from the top and columns from the left (1) are read", orientation));
   }
   if (samples == 0 || samples > kMaxBands) return unsupported(name, fmt::format("SamplesPerPixel (tag 277) is {}", samples));
   if (layout.compression == COMPRESSION_JPEG && bits != 8) return unsupported(name, fmt::format("JPEG with {} bits a sample", bits));

@@ -24,23 +24,46 @@ std::uint64_t integer(std::span<const std::byte> bytes, bool big_endian) {
 // Bytes of one value by TIFF 6.0 type number; 0 for types that we have no use for.
 std::size_t value_size(std::uint16_t type) {
   switch (type) {
-    case 1: case 2: case 6: case 7: return 1;
-    case 3: case 8: return 2;
-    case 4: case 9: case 11: case 13: return 4;
-    case 5: case 10: case 12: case 16: case 17: case 18: return 8;
-    default: return 0;
+    case 1:
+    case 2:
+    case 6:
+    case 7:
+      return 1;
+    case 3:
+    case 8:
+      return 2;
+    case 4:
+    case 9:
+    case 11:
+    case 13:
+      return 4;
+    case 5:
+    case 10:
+    case 12:
+    case 16:
+    case 17:
+    case 18:
+      return 8;
+    default:
+      return 0;
   }
 }
 
 double number(std::uint16_t type, std::span<const std::byte> bytes, bool big_endian) {
   const std::uint64_t raw = integer(bytes, big_endian);
   switch (type) {
-    case 8: return static_cast<std::int16_t>(raw);
-    case 9: return static_cast<std::int32_t>(raw);
-    case 11: return std::bit_cast<float>(static_cast<std::uint32_t>(raw));
-    case 12: return std::bit_cast<double>(raw);
-    case 17: return static_cast<double>(static_cast<std::int64_t>(raw));
-    default: return static_cast<double>(raw);
+    case 8:
+      return static_cast<std::int16_t>(raw);
+    case 9:
+      return static_cast<std::int32_t>(raw);
+    case 11:
+      return std::bit_cast<float>(static_cast<std::uint32_t>(raw));
+    case 12:
+      return std::bit_cast<double>(raw);
+    case 17:
+      return static_cast<double>(static_cast<std::int64_t>(raw));
+    default:
+      return static_cast<double>(raw);
   }
 }
 
@@ -64,7 +87,8 @@ Result<TiffTags> TiffTags::read(std::shared_ptr<const FileBytes> file, std::uint
   if (got == count_bytes) {
     VT_ASSIGN(got, tags.file_->read_some(offset + count_bytes, table));
   }
-  if (got != table.size()) return fail(ErrorCode::kInvalidData, fmt::format("{}: the TIFF directory at byte {} reaches beyond the file", name, offset));
+  if (got != table.size())
+    return fail(ErrorCode::kInvalidData, fmt::format("{}: the TIFF directory at byte {} reaches beyond the file", name, offset));
 
   for (std::size_t at = 0; at < table.size(); at += entry_bytes) {
     const auto entry = std::span(table).subspan(at, entry_bytes);
@@ -101,7 +125,8 @@ std::vector<double> TiffTags::numbers(std::uint16_t tag) const {
   const std::vector<std::byte> bytes = bytes_of(*entry, size);
   std::vector<double> values;
   values.reserve(bytes.size() / size);
-  for (std::size_t at = 0; at < bytes.size(); at += size) values.push_back(number(entry->type, std::span(bytes).subspan(at, size), big_endian_));
+  for (std::size_t at = 0; at < bytes.size(); at += size)
+    values.push_back(number(entry->type, std::span(bytes).subspan(at, size), big_endian_));
   return values;
 }
 

@@ -1,4 +1,5 @@
-// One TIFF directory's entries as the file has them, for the tags that libtiff does not know: found by number, checked against the file, converted.
+// One TIFF directory's entries as the file has them, for the tags that libtiff does not know: found by number, checked against the file,
+// converted.
 #pragma once
 
 #include <cstdint>

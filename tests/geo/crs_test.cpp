@@ -65,7 +65,8 @@ long double meridian_arc(long double a, long double inverse_flattening, long dou
 
 TEST(Crs, NorthingOnTheCentralMeridianIsTheMeridianArc) {
   for (double latitude = -80.0; latitude <= 84.0; latitude += 4.0) {
-    const long double arc = meridian_arc(6378137.0L, 298.257222101L, static_cast<long double>(latitude) * std::numbers::pi_v<long double> / 180.0L);
+    const long double arc =
+        meridian_arc(6378137.0L, 298.257222101L, static_cast<long double>(latitude) * std::numbers::pi_v<long double> / 180.0L);
     const auto nztm = crs(2193).crs_from_lonlat({.x = 173.0, .y = latitude});
     ASSERT_TRUE(nztm.has_value());
     EXPECT_NEAR(nztm->x, 1600000.0, 1e-8);
@@ -74,7 +75,8 @@ TEST(Crs, NorthingOnTheCentralMeridianIsTheMeridianArc) {
 }
 
 TEST(Crs, PublishedPositionsAreMet) {
-  // EPSG guidance note 7-2, British National Grid: 50 30 00 N, 0 30 00 E is E 577274.99, N 69740.50, by a truncated series whose error is some millimetres.
+  // EPSG guidance note 7-2, British National Grid: 50 30 00 N, 0 30 00 E is E 577274.99, N 69740.50, by a truncated series whose error is
+  // some millimetres.
   const auto london = crs(27700).crs_from_lonlat({.x = 0.5, .y = 50.5});
   ASSERT_TRUE(london.has_value());
   EXPECT_NEAR(london->x, 577274.99, 0.015);
@@ -121,7 +123,8 @@ TEST(Crs, GroundMetresPerUnitMatchFiniteDifferences) {
     int code;
     Point2 lonlat;
   };
-  for (const Case& c : {Case{4326, {20.0, 60.0}}, Case{32633, {17.5, 48.0}}, Case{3857, {-100.0, 52.0}}, Case{26771, {-87.6, 41.9}}, Case{4326, {0.0, 0.0}}}) {
+  for (const Case& c : {Case{4326, {20.0, 60.0}}, Case{32633, {17.5, 48.0}}, Case{3857, {-100.0, 52.0}}, Case{26771, {-87.6, 41.9}},
+                        Case{4326, {0.0, 0.0}}}) {
     const Crs system = crs(c.code);
     const Point2 at = system.crs_from_lonlat(c.lonlat).value();
     const Ellipsoid& e = system.definition().ellipsoid;
@@ -131,8 +134,8 @@ TEST(Crs, GroundMetresPerUnitMatchFiniteDifferences) {
     const auto geocentric = [&](Point2 crs_point) {
       const Point2 p = system.lonlat_from_crs(crs_point).value();
       const double n = e.semi_major_m / std::sqrt(1.0 - e2 * std::pow(std::sin(p.y * kDegree), 2));
-      return std::array<double, 3>{n * std::cos(p.y * kDegree) * std::cos(p.x * kDegree), n * std::cos(p.y * kDegree) * std::sin(p.x * kDegree),
-                                   n * (1.0 - e2) * std::sin(p.y * kDegree)};
+      return std::array<double, 3>{n * std::cos(p.y * kDegree) * std::cos(p.x * kDegree),
+                                   n * std::cos(p.y * kDegree) * std::sin(p.x * kDegree), n * (1.0 - e2) * std::sin(p.y * kDegree)};
     };
     const double h = c.code == 4326 ? 1e-3 : 100.0;
     const auto distance = [&](Point2 a, Point2 b) {
@@ -155,11 +158,12 @@ TEST(Crs, EveryListedFamilyHasTheRightMeridianAndDatum) {
     int datum;
   };
   // A first, a last and a middle zone of families, from the EPSG registry.
-  for (const Row& row : {Row{32601, -177, false, 4326}, Row{32660, 177, false, 4326}, Row{32733, 15, true, 4326}, Row{26901, -177, false, 4269},
-                         Row{26923, -45, false, 4269}, Row{26711, -117, false, 4267}, Row{25828, -15, false, 4258}, Row{25838, 45, false, 4258},
-                         Row{31965, -117, false, 4674}, Row{31976, -51, false, 4674}, Row{31977, -81, true, 4674}, Row{31985, -33, true, 4674},
-                         Row{6328, 171, false, 6318}, Row{6329, 177, false, 6318}, Row{6330, -177, false, 6318}, Row{6348, -69, false, 6318},
-                         Row{28355, 147, true, 4283}, Row{7855, 147, true, 7844}, Row{3100, 141, false, 4612}, Row{23032, 9, false, 4230}}) {
+  for (const Row& row :
+       {Row{32601, -177, false, 4326}, Row{32660, 177, false, 4326},  Row{32733, 15, true, 4326},   Row{26901, -177, false, 4269},
+        Row{26923, -45, false, 4269},  Row{26711, -117, false, 4267}, Row{25828, -15, false, 4258}, Row{25838, 45, false, 4258},
+        Row{31965, -117, false, 4674}, Row{31976, -51, false, 4674},  Row{31977, -81, true, 4674},  Row{31985, -33, true, 4674},
+        Row{6328, 171, false, 6318},   Row{6329, 177, false, 6318},   Row{6330, -177, false, 6318}, Row{6348, -69, false, 6318},
+        Row{28355, 147, true, 4283},   Row{7855, 147, true, 7844},    Row{3100, 141, false, 4612},  Row{23032, 9, false, 4230}}) {
     const CrsDefinition& d = crs(row.code).definition();
     EXPECT_EQ(d.central_meridian_deg, row.meridian) << row.code;
     EXPECT_EQ(d.false_northing_m, row.south ? 1e7 : 0.0) << row.code;

@@ -41,7 +41,8 @@ CrsDefinition local_grid() {
 
 TEST(GeoKeys, EveryKindOfCrsReadsBackAsWritten) {
   std::vector<Crs> systems = {Crs(), Crs(local_grid())};
-  for (const int code : {4326, 4269, 4267, 4674, 32633, 32733, 31985, 2193, 3857, 26771, 31467, 6328}) systems.push_back(Crs::from_epsg(code).value());
+  for (const int code : {4326, 4269, 4267, 4674, 32633, 32733, 31985, 2193, 3857, 26771, 31467, 6328})
+    systems.push_back(Crs::from_epsg(code).value());
   CrsDefinition feet = local_grid();
   feet.metres_per_unit = 0.3048;
   systems.emplace_back(feet);
@@ -97,7 +98,8 @@ TEST(GeoKeys, DamagedDirectoriesNeitherCrashNorLie) {
     cut.doubles.resize(length);
     cut.doubles.shrink_to_fit();
     const GeoKeyMeaning meaning = crs_from_geo_keys(cut);
-    EXPECT_TRUE(!meaning.crs || meaning.crs->definition().scale_factor != good.doubles.back());  // the last one is gone, not read from beyond
+    EXPECT_TRUE(!meaning.crs ||
+                meaning.crs->definition().scale_factor != good.doubles.back());  // the last one is gone, not read from beyond
   }
   for (std::size_t length = 0; length < good.ascii.size(); ++length) {
     GeoKeyTags cut = good;
@@ -108,7 +110,8 @@ TEST(GeoKeys, DamagedDirectoriesNeitherCrashNorLie) {
   std::mt19937 random(7);
   for (int i = 0; i < 20000; ++i) {
     GeoKeyTags flipped = good;
-    for (int flips = 0; flips < 3; ++flips) flipped.directory[random() % flipped.directory.size()] ^= static_cast<std::uint16_t>(1U << random() % 16);
+    for (int flips = 0; flips < 3; ++flips)
+      flipped.directory[random() % flipped.directory.size()] ^= static_cast<std::uint16_t>(1U << random() % 16);
     const GeoKeyMeaning meaning = crs_from_geo_keys(flipped);
     if (meaning.crs && meaning.crs->definition().projection != Projection::kPixel) {
       static_cast<void>(meaning.crs->lonlat_from_crs({.x = 1000.0, .y = 2000.0}));

@@ -10,8 +10,8 @@ namespace {
 TEST(GeoTransform, InverseUndoesAnyGridThatIsNotSingular) {
   const GeoTransform grids[] = {
       {.x0 = -123.0, .x_column = 0.0008333333333333334, .x_row = 0.0, .y0 = 50.0, .y_column = 0.0, .y_row = -0.0008333333333333334},
-      {.x0 = 440720.0, .x_column = 60.0, .x_row = 0.0, .y0 = 3751320.0, .y_column = 0.0, .y_row = 60.0},       // south-up
-      {.x0 = 500000.0, .x_column = 8.0, .x_row = 6.0, .y0 = 4500000.0, .y_column = 6.0, .y_row = -8.0},        // rotated
+      {.x0 = 440720.0, .x_column = 60.0, .x_row = 0.0, .y0 = 3751320.0, .y_column = 0.0, .y_row = 60.0},  // south-up
+      {.x0 = 500000.0, .x_column = 8.0, .x_row = 6.0, .y0 = 4500000.0, .y_column = 6.0, .y_row = -8.0},   // rotated
   };
   for (const GeoTransform& grid : grids) {
     const auto inverse = grid.inverse();

@@ -50,8 +50,8 @@ const std::map<std::string, std::string> kRefused = {
     {"geotiff-variants/gdal/gtiff_complex_non_zero_real_zero_imag.tif", "complex"},
 };
 
-// Files that do not tell where all their blocks are (tables too short, or a block at byte 0, which is the header): GDAL guesses, we give an error
-// when the missing blocks are read.
+// Files that do not tell where all their blocks are (tables too short, or a block at byte 0, which is the header): GDAL guesses, we give an
+// error when the missing blocks are read.
 const std::set<std::string> kDamagedTables = {
     "geotiff-variants/gdal/minimum_tiff_tags_no_warning.tif",
     "geotiff-variants/gdal/minimum_tiff_tags_with_warning.tif",
@@ -82,21 +82,29 @@ double sample_at(const std::byte* place, SampleType type) {
     return static_cast<double>(value);
   };
   switch (type) {
-    case SampleType::kUint8: return as(std::uint8_t{});
-    case SampleType::kInt8: return as(std::int8_t{});
-    case SampleType::kUint16: return as(std::uint16_t{});
-    case SampleType::kInt16: return as(std::int16_t{});
-    case SampleType::kUint32: return as(std::uint32_t{});
-    case SampleType::kInt32: return as(std::int32_t{});
-    case SampleType::kFloat32: return as(float{});
-    case SampleType::kFloat64: return as(double{});
+    case SampleType::kUint8:
+      return as(std::uint8_t{});
+    case SampleType::kInt8:
+      return as(std::int8_t{});
+    case SampleType::kUint16:
+      return as(std::uint16_t{});
+    case SampleType::kInt16:
+      return as(std::int16_t{});
+    case SampleType::kUint32:
+      return as(std::uint32_t{});
+    case SampleType::kInt32:
+      return as(std::int32_t{});
+    case SampleType::kFloat32:
+      return as(float{});
+    case SampleType::kFloat64:
+      return as(double{});
   }
   return 0.0;
 }
 
-const std::map<std::string, SampleType> kGdalTypes = {{"Byte", SampleType::kUint8},     {"Int8", SampleType::kInt8},     {"UInt16", SampleType::kUint16},
-                                                      {"Int16", SampleType::kInt16},    {"UInt32", SampleType::kUint32}, {"Int32", SampleType::kInt32},
-                                                      {"Float32", SampleType::kFloat32}, {"Float64", SampleType::kFloat64}};
+const std::map<std::string, SampleType> kGdalTypes = {
+    {"Byte", SampleType::kUint8},    {"Int8", SampleType::kInt8},   {"UInt16", SampleType::kUint16},   {"Int16", SampleType::kInt16},
+    {"UInt32", SampleType::kUint32}, {"Int32", SampleType::kInt32}, {"Float32", SampleType::kFloat32}, {"Float64", SampleType::kFloat64}};
 
 class Truth : public testing::Test {
  protected:
@@ -161,7 +169,8 @@ void compare_pixels(const Json& file, const RasterSource& source) {
     test::Sha256 hash;
     constexpr std::int64_t kRows = 64;
     std::vector<std::byte> rows;
-    const bool whole = band.contains("sha256_pixels") && !band.at("sha256_pixels").is_null() && !lossy && !(associated && static_cast<int>(b) != info.alpha_band);
+    const bool whole = band.contains("sha256_pixels") && !band.at("sha256_pixels").is_null() && !lossy &&
+                       !(associated && static_cast<int>(b) != info.alpha_band);
     for (std::int64_t y = 0; whole && y < info.height; y += kRows) {
       const std::int64_t count = std::min(kRows, info.height - y);
       rows.assign(static_cast<std::size_t>(count * info.width) * bytes, std::byte{0});
@@ -362,7 +371,8 @@ TEST_F(Truth, DamagedFilesEndInAnErrorOrInGdalsPixels) {
     const std::size_t pitch = static_cast<std::size_t>(width) * bands.size() * sample_bytes(info.sample_type);
     std::vector<std::byte> pixels(pitch * static_cast<std::size_t>(rows));
     bool failed = false;
-    const std::int64_t last = std::min<std::int64_t>(info.height, (std::int64_t{1} << 26) / width);  // all of most, the head of the huge ones
+    const std::int64_t last =
+        std::min<std::int64_t>(info.height, (std::int64_t{1} << 26) / width);  // all of most, the head of the huge ones
     for (std::int64_t y = 0; y < last && !failed; y += rows) {
       const auto read = (*source)->read({0, y, width, std::min(rows, info.height - y)}, bands, pixels, pitch);
       failed = !read;

@@ -49,7 +49,8 @@ std::vector<int> all_bands(int count) {
 void write(const std::filesystem::path& path, const GeoTiffSpec& spec, const std::vector<std::byte>& samples, std::int64_t rows_at_once) {
   auto writer = GeoTiffWriter::create(path, spec);
   ASSERT_TRUE(writer.has_value()) << writer.error().message;
-  const std::size_t row_bytes = static_cast<std::size_t>(spec.width) * static_cast<std::size_t>(spec.bands) * sample_bytes(spec.sample_type);
+  const std::size_t row_bytes =
+      static_cast<std::size_t>(spec.width) * static_cast<std::size_t>(spec.bands) * sample_bytes(spec.sample_type);
   for (std::int64_t y = 0; y < spec.height; y += rows_at_once) {
     const std::int64_t rows = std::min(rows_at_once, spec.height - y);
     const auto part = std::span(samples).subspan(static_cast<std::size_t>(y) * row_bytes, static_cast<std::size_t>(rows) * row_bytes);
@@ -72,8 +73,8 @@ std::vector<std::byte> read_all(const RasterSource& source) {
 TEST(GeoTiffWriter, EveryTypeLayoutAndLosslessCompressionReadsBackIdentically) {
   const TempFolder folder;
   std::uint32_t seed = 0;
-  for (const SampleType type : {SampleType::kUint8, SampleType::kInt8, SampleType::kUint16, SampleType::kInt16, SampleType::kUint32, SampleType::kInt32,
-                                SampleType::kFloat32, SampleType::kFloat64}) {
+  for (const SampleType type : {SampleType::kUint8, SampleType::kInt8, SampleType::kUint16, SampleType::kInt16, SampleType::kUint32,
+                                SampleType::kInt32, SampleType::kFloat32, SampleType::kFloat64}) {
     for (const Compression compression : {Compression::kNone, Compression::kDeflate, Compression::kLzw, Compression::kZstd}) {
       for (const int tile : {0, 16, 64}) {
         for (const int bands : {1, 3, 5}) {
@@ -85,8 +86,8 @@ TEST(GeoTiffWriter, EveryTypeLayoutAndLosslessCompressionReadsBackIdentically) {
           spec.compression = compression;
           spec.tile = tile;
           spec.last_band_is_alpha = bands == 5;
-          SCOPED_TRACE(std::string(sample_name(type)) + " compression " + std::to_string(static_cast<int>(compression)) + " tile " + std::to_string(tile) +
-                       " bands " + std::to_string(bands));
+          SCOPED_TRACE(std::string(sample_name(type)) + " compression " + std::to_string(static_cast<int>(compression)) + " tile " +
+                       std::to_string(tile) + " bands " + std::to_string(bands));
           const auto path = folder / "round.tif";
           const auto samples = noise(static_cast<std::size_t>(83 * 71 * bands) * sample_bytes(type), ++seed);
           write(path, spec, samples, 1 + seed % 40);
@@ -110,7 +111,8 @@ TEST(GeoTiffWriter, PlaceCrsAndNodataReadBackExactly) {
       {.x0 = 440720.1, .x_column = 60.3, .x_row = 0.0, .y0 = 3751320.7, .y_column = 0.0, .y_row = 60.7},
       {.x0 = 1.0 / 3.0, .x_column = 0.8, .x_row = 0.6, .y0 = 2.0 / 3.0, .y_column = 0.6, .y_row = -0.8},
   };
-  const std::optional<double> nodata_values[] = {std::nullopt, -9999.0, 0.1F, std::numeric_limits<double>::quiet_NaN(), -INFINITY, 3.4028234663852886e38};
+  const std::optional<double> nodata_values[] = {std::nullopt,         -9999.0, 0.1F, std::numeric_limits<double>::quiet_NaN(), -INFINITY,
+                                                 3.4028234663852886e38};
   for (const geo::GeoTransform& grid : grids) {
     for (const auto& nodata : nodata_values) {
       GeoTiffSpec spec;
@@ -323,7 +325,8 @@ TEST(GeoTiffReader, FlippedBitsNeverCrash) {
     for (int i = 0; i < 1500; ++i) {
       std::string bad = good;
       for (int flips = 0; flips < 4; ++flips) bad[random() % bad.size()] ^= static_cast<char>(1U << random() % 8);
-      std::fstream(folder / "good.tif", std::ios::binary | std::ios::in | std::ios::out) << bad;  // in place: truncating first costs a disk write
+      std::fstream(folder / "good.tif", std::ios::binary | std::ios::in | std::ios::out)
+          << bad;  // in place: truncating first costs a disk write
       const auto source = open_raster(folder / "good.tif");
       if (!source) continue;
       const RasterInfo& info = (*source)->info();
