@@ -385,14 +385,15 @@ std::string VirtualTexture::last_error() const { return impl_->loader ? impl_->l
 
 // --- Drawing --------------------------------------------------------------------------------------------------------------------------
 
-StageSet VirtualTexture::select(const UvBox& box) const {
+StageSet VirtualTexture::select(const UvBox& box, int most_stages) const {
   const VtMapping::Affine& a = impl_->st_from_uv;
   const Box st{.s_min = a.scale_x * box.u_min + a.offset_x,
                .t_min = a.scale_y * box.v_min + a.offset_y,
                .s_max = a.scale_x * box.u_max + a.offset_x,
                .t_max = a.scale_y * box.v_max + a.offset_y};
+  const int cap = most_stages > 0 ? std::min(most_stages, kMaxStages) : impl_->options.max_stages;
   return impl_->host.path == Path::kFixedFunction ? select_one(impl_->residency.selectable(), st)
-                                                  : select_stages(impl_->residency.selectable(), st, impl_->options.max_stages);
+                                                  : select_stages(impl_->residency.selectable(), st, cap);
 }
 
 void VirtualTexture::bind(const StageSet& tiles, Point2 uv_origin) {

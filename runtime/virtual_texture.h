@@ -177,7 +177,8 @@ class VirtualTexture {
   [[nodiscard]] LoaderCounters loader_counters() const;
   [[nodiscard]] std::string last_error() const;  // of the loader; empty when all is well
 
-  [[nodiscard]] StageSet select(const UvBox& box) const;
+  // `most_stages` (shader path): at most this many tiles, not more than the ShaderBinding that will draw them has; 0: Options::max_stages.
+  [[nodiscard]] StageSet select(const UvBox& box, int most_stages = 0) const;
 
   // Fixed-function path, on the active texture unit: binds the tile and loads the texture matrix. Texture coordinates are (u, v) -
   // uv_origin: with an origin inside the geometry they are small numbers, and float is exact enough for any virtual texture. The host

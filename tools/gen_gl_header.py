@@ -77,13 +77,17 @@ def text_of(node):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument('list')
+    parser.add_argument('list', nargs='?')
+    parser.add_argument('--names', metavar='VERSION', help='print the functions of this OpenGL version and older, one a line, instead')
     parser.add_argument('--registry', help='path of gl.xml; default: where the package khronos-api put it')
     args = parser.parse_args()
     registry = args.registry or find_registry()
     if not registry:
         sys.exit('gl.xml not found: install khronos-api or name the file with --registry')
     root = ET.parse(registry).getroot()
+    if args.names:
+        print('\n'.join(sorted(name for name in allowed_names(root, version_of(args.names), set()) if name.startswith('gl'))))
+        return
     wanted = read_list(args.list)
     allowed = allowed_names(root, version_of(wanted['version']), wanted['extensions'])
     value = {e.get('name'): e.get('value') for e in root.iterfind('enums/enum') if e.get('api') in (None, 'gl')}

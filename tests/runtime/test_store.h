@@ -1,6 +1,8 @@
 // Small stores whose texels are known by formula, and sources that watch or slow down the loader.
 #pragma once
 
+#include <unistd.h>
+
 #include <array>
 #include <atomic>
 #include <chrono>
@@ -10,7 +12,6 @@
 #include <functional>
 #include <memory>
 #include <thread>
-#include <unistd.h>
 #include <vector>
 
 #include "runtime/tile_source.h"
@@ -52,7 +53,8 @@ inline Paint noise_paint(TexelFormat format) {
   const int bytes = format_info(format).block_bytes;
   return [bytes](Level level, std::int64_t x, std::int64_t y, std::byte* block) {
     for (int i = 0; i < bytes; ++i)
-      block[i] = static_cast<std::byte>(hash_of(static_cast<std::uint32_t>(x), static_cast<std::uint32_t>(y), level.value * 16U + static_cast<unsigned>(i)));
+      block[i] = static_cast<std::byte>(
+          hash_of(static_cast<std::uint32_t>(x), static_cast<std::uint32_t>(y), level.value * 16U + static_cast<unsigned>(i)));
   };
 }
 
@@ -62,8 +64,8 @@ struct LayerSpec {
   TexelFormat format = TexelFormat::kRgb8;
   int tile_exponent = 6;
   int finest = 4;
-  TexelRect data;  // empty: the whole padded square
-  Paint paint;     // null: noise
+  TexelRect data;                    // empty: the whole padded square
+  Paint paint;                       // null: noise
   std::function<bool(TileId)> skip;  // tiles that are left out
 };
 
@@ -110,7 +112,8 @@ inline Result<void> write_layer(store::StoreWriter& writer, const LayerSpec& spe
 
 inline Result<std::shared_ptr<const store::StoreReader>> make_store(const std::filesystem::path& path, const std::vector<LayerSpec>& layers,
                                                                     const Area& area = {.west = 0, .south = 0, .east = 1, .north = 1}) {
-  VT_ASSIGN(store::StoreWriter writer, store::StoreWriter::create(path, {.area = area, .metadata_json = "{}"}, {.before_operation = nullptr, .sync = false}));
+  VT_ASSIGN(store::StoreWriter writer,
+            store::StoreWriter::create(path, {.area = area, .metadata_json = "{}"}, {.before_operation = nullptr, .sync = false}));
   for (const LayerSpec& layer : layers) VT_CHECK(write_layer(writer, layer, area));
   VT_CHECK(writer.finish());
   VT_ASSIGN(store::StoreReader reader, store::StoreReader::open(path));
@@ -125,12 +128,14 @@ class PaintedSource final : public TileSource {
   Result<void> read(Level level, const TexelRect& rect, std::span<std::byte> out) override {
     last_thread = std::this_thread::get_id();
     ++reads;
-    if (seconds_per_byte > 0.0) std::this_thread::sleep_for(std::chrono::duration<double>(seconds_per_byte * static_cast<double>(out.size())));
+    if (seconds_per_byte > 0.0)
+      std::this_thread::sleep_for(std::chrono::duration<double>(seconds_per_byte * static_cast<double>(out.size())));
     if (fail_level.load() == level.value) return fail(ErrorCode::kCorrupt, "painted to fail");
     const FormatInfo& format = format_info(format_);
     std::byte* to = out.data();
     for (std::int64_t y = rect.y / format.block_edge; y < rect.bottom() / format.block_edge; ++y)
-      for (std::int64_t x = rect.x / format.block_edge; x < rect.right() / format.block_edge; ++x, to += format.block_bytes) paint_(level, x, y, to);
+      for (std::int64_t x = rect.x / format.block_edge; x < rect.right() / format.block_edge; ++x, to += format.block_bytes)
+        paint_(level, x, y, to);
     return {};
   }
 
