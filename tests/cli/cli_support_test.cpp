@@ -4,7 +4,9 @@
 #include <gtest/gtest.h>
 
 #include <CLI/CLI.hpp>
-#include <array>
+#include <algorithm>
+#include <atomic>
+#include <charconv>
 #include <sstream>
 #include <stdexcept>
 #include <thread>
@@ -33,12 +35,12 @@ TEST(ExitCode, FollowsTheDocumentedTable) {
 }
 
 // run_main with one argument, and what it wrote.
-struct Run {
+struct Observed {
   int code = -1;
   std::string out;
   std::string err;
 };
-Run run(const char* argument, const std::function<Result<int>()>& command) {
+Observed run_app(const char* argument, const std::function<Result<int>()>& command) {
   CLI::App app("A program.", "prog");
   add_help_footer(app, "  prog --number 3");
   int number = 0;
@@ -47,7 +49,7 @@ Run run(const char* argument, const std::function<Result<int>()>& command) {
   if (argument != nullptr) argv.push_back(argument);
   testing::internal::CaptureStdout();
   testing::internal::CaptureStderr();
-  Run result;
+  Observed result;
   result.code = run_main(app, static_cast<int>(argv.size()), argv.data(), command);
   result.out = testing::internal::GetCapturedStdout();
   result.err = testing::internal::GetCapturedStderr();
@@ -55,26 +57,26 @@ Run run(const char* argument, const std::function<Result<int>()>& command) {
 }
 
 TEST(RunMain, GivesTheCommandsOwnCode) {
-  EXPECT_EQ(run(nullptr, [] { return 0; }).code, 0);
-  EXPECT_EQ(run(nullptr, [] { return 3; }).code, 3);
+  EXPECT_EQ(run_app(nullptr, [] { return 0; }).code, 0);
+  EXPECT_EQ(run_app(nullptr, [] { return 3; }).code, 3);
 }
 
 TEST(RunMain, PrintsAnErrorAsOneLine) {
-  const Run result = run(nullptr, []() -> Result<int> { return fail(ErrorCode::kIo, "base.tif: no such file"); });
+  const Observed result = run_app(nullptr, []() -> Result<int> { return fail(ErrorCode::kIo, "base.tif: no such file"); });
   EXPECT_EQ(result.code, 2);
   EXPECT_EQ(result.err, "prog: base.tif: no such file\n");
   EXPECT_EQ(result.out, "");
 }
 
 TEST(RunMain, TurnsAnEscapedExceptionIntoAnInternalError) {
-  const Run result = run(nullptr, []() -> Result<int> { throw std::runtime_error("surprise"); });
+  const Observed result = run_app(nullptr, []() -> Result<int> { throw std::runtime_error("surprise"); });
   EXPECT_EQ(result.code, 4);
   EXPECT_THAT(result.err, AllOf(StartsWith("prog: internal error"), HasSubstr("surprise")));
 }
 
 TEST(RunMain, CallsWrongUsageByItsName) {
   for (const char* argument : {"--number=three", "--nonsense", "stray"}) {
-    const Run result = run(argument, []() -> Result<int> { throw std::logic_error("must not run"); });
+    const Observed result = run_app(argument, []() -> Result<int> { throw std::logic_error("must not run"); });
     EXPECT_EQ(result.code, 1) << argument;
     EXPECT_THAT(result.err, AllOf(StartsWith("prog: "), HasSubstr("--help"))) << argument;
     EXPECT_EQ(result.out, "") << argument;
@@ -82,7 +84,7 @@ TEST(RunMain, CallsWrongUsageByItsName) {
 }
 
 TEST(RunMain, HelpHasExamplesAndExitCodes) {
-  const Run result = run("--help", []() -> Result<int> { throw std::logic_error("must not run"); });
+  const Observed result = run_app("--help", []() -> Result<int> { throw std::logic_error("must not run"); });
   EXPECT_EQ(result.code, 0);
   EXPECT_THAT(result.out, AllOf(HasSubstr("Examples:\n  prog --number 3"), HasSubstr("Exit codes:"), HasSubstr("3 invalid data")));
   EXPECT_EQ(result.err, "");
@@ -115,7 +117,10 @@ TEST(Format, DurationsReadLikeAClock) {
 
 TEST(Format, ExactNumbersReadBackAsThemselves) {
   for (const double value : {0.1, 1.0 / 3.0, 5e-324, 1.7976931348623157e308, 499980.0}) {
-    EXPECT_EQ(std::stod(format_exact(value == 5e-324 ? 1e-300 : value)), value == 5e-324 ? 1e-300 : value);
+    const std::string text = format_exact(value);
+    double back = 0.0;
+    std::from_chars(text.data(), text.data() + text.size(), back);
+    EXPECT_EQ(back, value) << text;
   }
 }
 
@@ -278,6 +283,7 @@ TEST(Progress, MayBeUpdatedFromManyThreads) {
   options.out_is_terminal = true;
   options.terminal_columns = 80;
   Progress progress(options);
+  progress.update(0);
   std::atomic<std::uint64_t> done{0};
   {
     std::vector<std::jthread> threads;

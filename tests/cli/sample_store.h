@@ -14,7 +14,8 @@ namespace vt::test {
 
 // Both layers lie over 400 m x 240 m in UTM 33N, their west edge on the central meridian.
 //   "color"      rgb8, sRGB, 40 x 24 texels of 10 m at 4,8 in a 64 x 64 square, tiles of 16, levels 0..2
-//   "elevation"  r32f, 20 x 12 texels of 20 m at 0,0 in a 32 x 32 square, tiles of 16, levels 0..1, nodata -9999, a hole at finest texel 3,2
+//   "elevation"  r32f, 20 x 12 texels of 20 m at 0,0 in a 32 x 32 square, tiles of 16, levels 0..1, nodata -9999, a hole at finest texel
+//   3,2
 inline constexpr double kWest = 500000.0;
 inline constexpr double kNorth = 5000000.0;
 inline constexpr TexelRect kColorData{4, 8, 40, 24};
