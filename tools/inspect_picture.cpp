@@ -95,7 +95,7 @@ Result<std::unique_ptr<PictureWriter>> create_oiio(const std::filesystem::path& 
     return fail(ErrorCode::kUnsupported, fmt::format("{}: {} x {} texels are more than the format holds; write .tif or choose a --window",
                                                      path.string(), spec.width, spec.height));
   }
-  auto output = OIIO::ImageOutput::create(path.extension().string());
+  auto output = OIIO::ImageOutput::create(path.string());
   if (!output)
     return fail(ErrorCode::kInternal, fmt::format("{}: OpenImageIO cannot write this kind: {}", path.string(), OIIO::geterror()));
 

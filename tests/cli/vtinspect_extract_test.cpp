@@ -1,41 +1,13 @@
-#include <OpenImageIO/imageio.h>
-
 #include <cmath>
 #include <cstring>
 
-#include "builder/source/raster_source.h"
+#include "tests/cli/picture_file.h"
 #include "tests/cli/vtinspect_run.h"
 
 namespace vt::test {
 namespace {
 
 using testing::HasSubstr;
-
-// A picture as OpenImageIO reads it, in its own sample type, alpha as it stands in the file.
-template <class Sample>
-struct Picture {
-  int width = 0;
-  int height = 0;
-  int channels = 0;
-  std::vector<Sample> samples;
-  [[nodiscard]] Sample at(int x, int y, int channel) const {
-    return samples[static_cast<std::size_t>((y * width + x) * channels + channel)];
-  }
-};
-template <class Sample>
-Picture<Sample> read_picture(const std::filesystem::path& path) {
-  OIIO::ImageSpec config;
-  config.attribute("oiio:UnassociatedAlpha", 1);
-  const auto input = OIIO::ImageInput::open(path.string(), &config);
-  if (!input) throw std::runtime_error(OIIO::geterror());
-  const OIIO::ImageSpec& spec = input->spec();
-  Picture<Sample> picture{spec.width, spec.height, spec.nchannels, {}};
-  picture.samples.resize(static_cast<std::size_t>(spec.width * spec.height * spec.nchannels));
-  const auto type = std::is_same_v<Sample, float> ? OIIO::TypeDesc::FLOAT : OIIO::TypeDesc::UINT8;
-  EXPECT_EQ(spec.format, type);
-  EXPECT_TRUE(input->read_image(0, 0, 0, spec.nchannels, type, picture.samples.data()));
-  return picture;
-}
 
 class VtinspectExtract : public VtinspectTest {
  protected:
@@ -50,7 +22,7 @@ TEST_F(VtinspectExtract, PngHoldsTheCodesOfEveryLevel) {
   for (int value = 0; value <= 2; ++value) {
     const Level level{static_cast<std::uint8_t>(value)};
     expect_success({"extract", "s.vts", "--layer", "color", "--level", std::to_string(value), "-o", "out.png"});
-    const auto picture = read_picture<std::uint8_t>(directory_ / "out.png");
+    const auto picture = read_png(directory_ / "out.png");
     const TexelRect data = coarser(kColorData, 2 - value);
     ASSERT_EQ(picture.width, data.width);
     ASSERT_EQ(picture.height, data.height);
@@ -67,7 +39,7 @@ TEST_F(VtinspectExtract, PngHoldsTheCodesOfEveryLevel) {
 
 TEST_F(VtinspectExtract, AWindowIsThatPartOfTheLevel) {
   expect_success({"extract", "s.vts", "--layer", "color", "--window", "10,5,21,17", "-o", "out.png"});
-  const auto picture = read_picture<std::uint8_t>(directory_ / "out.png");
+  const auto picture = read_png(directory_ / "out.png");
   ASSERT_EQ(picture.width, 21);
   ASSERT_EQ(picture.height, 17);
   for (int y = 0; y < 17; ++y) {
@@ -92,7 +64,7 @@ TEST_F(VtinspectExtract, StraightAlphaStaysStraight) {
   options.color_format = TexelFormat::kRgba8;
   write_sample_store(directory_ / "rgba.vts", options);
   expect_success({"extract", "rgba.vts", "--layer", "color", "-o", "out.png"});
-  const auto picture = read_picture<std::uint8_t>(directory_ / "out.png");
+  const auto picture = read_png(directory_ / "out.png");
   ASSERT_EQ(picture.channels, 4);
   for (int y = 0; y < picture.height; ++y) {
     for (int x = 0; x < picture.width; ++x) {
@@ -109,7 +81,7 @@ TEST_F(VtinspectExtract, AbsentTilesAreTransparentAndCounted) {
   const Outcome outcome = run({"extract", "holes.vts", "--layer", "color", "-o", "out.png"});
   EXPECT_EQ(outcome.exit_code, 0);
   EXPECT_THAT(outcome.err, HasSubstr("holes.vts: 1 tiles of layer color, level 2 are absent; they are written as transparent"));
-  const auto picture = read_picture<std::uint8_t>(directory_ / "out.png");
+  const auto picture = read_png(directory_ / "out.png");
   ASSERT_EQ(picture.channels, 4);
   for (int y = 0; y < picture.height; ++y) {
     for (int x = 0; x < picture.width; ++x) {
@@ -123,54 +95,55 @@ TEST_F(VtinspectExtract, TiffLiesExactlyOnTheLevelsGrid) {
   struct Case {
     std::string level;
     std::string window;
+    std::int64_t x, y;  // where the window starts
     double x0, y0, step;
   };
   // Coarse levels start on the square's grid: column 1 of level 0 is finest column 4, row 2 is finest row 8, where the data starts.
-  for (const Case& expected : {Case{"2", "0,0,40,24", kWest, kNorth, 10.0}, Case{"2", "7,3,5,4", kWest + 70.0, kNorth - 30.0, 10.0},
-                               Case{"1", "1,2,3,4", kWest + 20.0, kNorth - 40.0, 20.0}, Case{"0", "0,0,10,6", kWest, kNorth, 40.0}}) {
+  for (const Case& expected :
+       {Case{"2", "0,0,40,24", 0, 0, kWest, kNorth, 10.0}, Case{"2", "7,3,5,4", 7, 3, kWest + 70.0, kNorth - 30.0, 10.0},
+        Case{"1", "1,2,3,4", 1, 2, kWest + 20.0, kNorth - 40.0, 20.0}, Case{"0", "0,0,10,6", 0, 0, kWest, kNorth, 40.0}}) {
     expect_success({"extract", "s.vts", "--layer", "color", "--level", expected.level, "--window", expected.window, "-o", "out.tif"});
-    const auto raster = source::open_raster(directory_ / "out.tif");
-    ASSERT_TRUE(raster) << raster.error().message;
-    const source::RasterInfo& info = (*raster)->info();
-    ASSERT_TRUE(info.has_transform);
-    EXPECT_EQ(info.transform.x0, expected.x0);
-    EXPECT_EQ(info.transform.y0, expected.y0);
-    EXPECT_EQ(info.transform.x_column, expected.step);
-    EXPECT_EQ(info.transform.y_row, -expected.step);
-    EXPECT_TRUE(info.transform.is_north_up());
-    ASSERT_TRUE(info.crs) << info.crs_problem;
-    EXPECT_TRUE(info.crs->same_coordinates(*geo::Crs::from_epsg(32633)));
-    EXPECT_EQ(info.bands, 3);
-    EXPECT_EQ(info.alpha_band, -1);
-    EXPECT_EQ(info.sample_type, source::SampleType::kUint8);
+    const TiffFile tiff = read_tiff(directory_ / "out.tif");
+    // Raster 0,0 is the outer corner (PixelIsArea) and lies on x0, y0; ProjectedCSType is EPSG's number of UTM 33N.
+    EXPECT_EQ(tiff.pixel_scale, (std::vector<double>{expected.step, expected.step, 0.0}));
+    EXPECT_EQ(tiff.tie_point, (std::vector<double>{0.0, 0.0, 0.0, expected.x0, expected.y0, 0.0}));
+    EXPECT_EQ(tiff.geo_key(1025), 1);
+    EXPECT_EQ(tiff.geo_key(3072), 32633);
+    EXPECT_EQ(tiff.bands, 3);
+    EXPECT_EQ(tiff.extra_samples, 0);
+    EXPECT_EQ(tiff.bits_per_sample, 8);
+    const auto level = Level{static_cast<std::uint8_t>(std::stoi(expected.level))};
+    const TexelRect data = coarser(kColorData, 2 - level.value);
+    for (std::int64_t y = 0; y < tiff.height; ++y) {
+      for (std::int64_t x = 0; x < tiff.width; ++x) {
+        const auto code = tiff.samples[static_cast<std::size_t>((y * tiff.width + x) * 3)];
+        ASSERT_EQ(std::to_integer<int>(code), color_code(level, data.x + expected.x + x, data.y + expected.y + y, 0));
+      }
+    }
   }
 }
 
 TEST_F(VtinspectExtract, TiffGivesTheSourcesNodataBack) {
   expect_success({"extract", "s.vts", "--layer", "elevation", "-o", "out.tif"});
-  const auto raster = source::open_raster(directory_ / "out.tif");
-  ASSERT_TRUE(raster) << raster.error().message;
-  const source::RasterInfo& info = (*raster)->info();
-  ASSERT_EQ(info.width, kElevationData.width);
-  ASSERT_EQ(info.height, kElevationData.height);
-  ASSERT_EQ(info.sample_type, source::SampleType::kFloat32);
-  EXPECT_EQ(info.nodata, -9999.0);
-  std::vector<float> values(static_cast<std::size_t>(info.width * info.height));
-  const int band = 0;
-  const auto read = (*raster)->read({0, 0, info.width, info.height}, {&band, 1}, std::as_writable_bytes(std::span(values)),
-                                    static_cast<std::size_t>(info.width) * sizeof(float));
-  ASSERT_TRUE(read) << read.error().message;
-  for (std::int64_t y = 0; y < info.height; ++y) {
-    for (std::int64_t x = 0; x < info.width; ++x) {
+  const TiffFile tiff = read_tiff(directory_ / "out.tif");
+  ASSERT_EQ(tiff.width, kElevationData.width);
+  ASSERT_EQ(tiff.height, kElevationData.height);
+  ASSERT_EQ(tiff.bands, 1);
+  ASSERT_EQ(tiff.bits_per_sample, 32);
+  EXPECT_EQ(tiff.nodata, "-9999");
+  for (std::int64_t y = 0; y < tiff.height; ++y) {
+    for (std::int64_t x = 0; x < tiff.width; ++x) {
+      float value = 0.0F;
+      std::memcpy(&value, &tiff.samples[static_cast<std::size_t>(y * tiff.width + x) * sizeof value], sizeof value);
       const float written = elevation_m(Level{1}, x, y);
-      EXPECT_EQ(values[static_cast<std::size_t>(y * info.width + x)], std::isnan(written) ? -9999.0F : written);
+      EXPECT_EQ(value, std::isnan(written) ? -9999.0F : written);
     }
   }
 }
 
 TEST_F(VtinspectExtract, ExrHoldsTheFloats) {
   expect_success({"extract", "s.vts", "--layer", "elevation", "-o", "out.exr"});
-  const auto picture = read_picture<float>(directory_ / "out.exr");
+  const auto picture = read_exr(directory_ / "out.exr");
   ASSERT_EQ(picture.channels, 1);
   for (int y = 0; y < picture.height; ++y) {
     for (int x = 0; x < picture.width; ++x) {
@@ -189,7 +162,7 @@ TEST_F(VtinspectExtract, PngOfFloatsIsStretchedAndSaysSo) {
   EXPECT_EQ(outcome.exit_code, 0);
   // From 0,0 to 19,11: 100.25 + 10 x + y.
   EXPECT_THAT(outcome.err, HasSubstr("stretched 100.25 .. 301.25 to 0 .. 255"));
-  const auto picture = read_picture<std::uint8_t>(directory_ / "out.png");
+  const auto picture = read_png(directory_ / "out.png");
   ASSERT_EQ(picture.channels, 2) << "grey, and alpha for the hole";
   for (int y = 0; y < picture.height; ++y) {
     for (int x = 0; x < picture.width; ++x) {
@@ -207,7 +180,7 @@ TEST_F(VtinspectExtract, MosaicShowsEveryLevelEnlarged) {
   const Outcome outcome = run({"extract", "s.vts", "--layer", "color", "--mosaic", "-o", "out.png"});
   EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
   EXPECT_THAT(outcome.out, HasSubstr("levels 0 to 2 of layer color"));
-  const auto picture = read_picture<std::uint8_t>(directory_ / "out.png");
+  const auto picture = read_png(directory_ / "out.png");
   // Cells of 512 x 307 (40 : 24): three levels at two columns wide by sqrt(2 * 3 * 307 / 512) = 1.9.
   ASSERT_EQ(picture.width, 1 + 2 * 513);
   ASSERT_EQ(picture.height, 1 + 2 * 308);
@@ -233,7 +206,7 @@ TEST_F(VtinspectExtract, UnwritableOutputIsAnInputOutputError) {
 TEST_F(VtinspectExtract, ReplacesAnOlderPictureAsAWhole) {
   write_file("out.png", "something older");
   expect_success({"extract", "s.vts", "--layer", "color", "-o", "out.png"});
-  EXPECT_EQ(read_picture<std::uint8_t>(directory_ / "out.png").width, 40);
+  EXPECT_EQ(read_png(directory_ / "out.png").width, 40);
   EXPECT_THAT(files(), testing::UnorderedElementsAre("s.vts", "out.png"));
 }
 
