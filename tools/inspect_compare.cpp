@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "builder/source/raster_source.h"
+#include "store/sample_type.h"
 #include "store/store_reader.h"
 #include "store/vt_mapping.h"
 #include "tools/inspect_common.h"
@@ -288,27 +289,27 @@ Result<Comparison> compare_stores(const CompareOptions& options) {
 }
 
 // Numbers of any sample type as doubles.
-double raster_sample(const std::byte* at, source::SampleType type) {
+double raster_sample(const std::byte* at, SampleType type) {
   const auto load = [at](auto value) {
     std::memcpy(&value, at, sizeof value);
     return static_cast<double>(value);
   };
   switch (type) {
-    case source::SampleType::kUint8:
+    case SampleType::kUint8:
       return load(std::uint8_t{});
-    case source::SampleType::kInt8:
+    case SampleType::kInt8:
       return load(std::int8_t{});
-    case source::SampleType::kUint16:
+    case SampleType::kUint16:
       return load(std::uint16_t{});
-    case source::SampleType::kInt16:
+    case SampleType::kInt16:
       return load(std::int16_t{});
-    case source::SampleType::kUint32:
+    case SampleType::kUint32:
       return load(std::uint32_t{});
-    case source::SampleType::kInt32:
+    case SampleType::kInt32:
       return load(std::int32_t{});
-    case source::SampleType::kFloat32:
+    case SampleType::kFloat32:
       return load(float{});
-    case source::SampleType::kFloat64:
+    case SampleType::kFloat64:
       return load(double{});
   }
   assert(false);
@@ -387,7 +388,7 @@ class RasterComparer {
     std::vector<int> bands(channels);
     std::iota(bands.begin(), bands.end(), 0);
     if (with_alpha) bands.push_back(info.alpha_band);
-    const std::size_t sample_size = source::sample_bytes(info.sample_type);
+    const std::size_t sample_size = sample_bytes(info.sample_type);
     samples_.resize(count * bands.size() * sample_size);
     const source::Window window{block.x - layer_.data.x - raster_at.x, block.y - layer_.data.y - raster_at.y, block.width, block.height};
     VT_CHECK(raster_.read(window, bands, samples_, static_cast<std::size_t>(block.width) * bands.size() * sample_size));
@@ -402,7 +403,7 @@ class RasterComparer {
   void add_texel(std::size_t texel, std::size_t bands, bool with_alpha, LevelDifference& in_block, LevelDifference& difference) {
     const auto channels = static_cast<std::size_t>(layout_.channels);
     const source::RasterInfo& info = raster_.info();
-    const std::size_t sample_size = source::sample_bytes(info.sample_type);
+    const std::size_t sample_size = sample_bytes(info.sample_type);
     const auto raster_value = [&](std::size_t band) {
       return raster_sample(&samples_[(texel * bands + band) * sample_size], info.sample_type);
     };

@@ -31,7 +31,7 @@ Result<std::unique_ptr<PictureWriter>> create_geotiff(const std::filesystem::pat
   tiff.width = spec.width;
   tiff.height = spec.height;
   tiff.bands = spec.channels;
-  tiff.sample_type = spec.is_float ? source::SampleType::kFloat32 : source::SampleType::kUint8;
+  tiff.sample_type = spec.is_float ? SampleType::kFloat32 : SampleType::kUint8;
   tiff.last_band_is_alpha = spec.last_is_alpha;
   tiff.nodata = spec.nodata;
   tiff.transform = spec.transform;
