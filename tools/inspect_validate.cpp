@@ -10,6 +10,7 @@ namespace vt::inspect {
 
 Result<int> run_validate(const ValidateCommand& options) {
   cli::Progress progress({.mode = options.progress, .title = "validating", .unit = "tiles"});
+  progress.update(0);
   store::ValidateOptions validate_options;
   validate_options.decode_tiles = !options.quick;
   validate_options.progress = [&](std::uint64_t done, std::uint64_t total) {
@@ -17,6 +18,7 @@ Result<int> run_validate(const ValidateCommand& options) {
     progress.update(done);
   };
   VT_ASSIGN(const store::ValidationReport report, store::validate(options.store, validate_options));
+  progress.set_total(report.tiles_checked);
   progress.finish();
 
   std::uint64_t errors = 0;

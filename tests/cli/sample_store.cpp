@@ -143,7 +143,6 @@ std::uint64_t tile_offset(const std::filesystem::path& path, const std::string& 
   const LayerInfo* const info = reader.find_layer(layer);
   if (info == nullptr) throw std::runtime_error("no layer " + layer);
   const store::TileLookup found = value_of(reader.lookup(info->id, tile));
-  // The record's payload ends it, so its last byte is a payload byte whatever the record's header is.
   return found.offset;
 }
 

@@ -37,7 +37,7 @@ void write_sample_store(const std::filesystem::path& path, const SampleStore& op
 
 // Turns over one bit of a byte of the file.
 void flip_bit(const std::filesystem::path& path, std::uint64_t offset);
-// Where the payload of a tile of a layer lies in the file.
+// Where the record of a tile starts in the file. Its 768 bytes of texels follow a header of less than 100.
 std::uint64_t tile_offset(const std::filesystem::path& path, const std::string& layer, TileId tile);
 
 }  // namespace vt::test

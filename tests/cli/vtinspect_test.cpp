@@ -116,7 +116,6 @@ TEST_F(VtinspectTest, SurvivesTruncatedStores) {
 
 TEST_F(VtinspectTest, ReportsADamagedTile) {
   write_sample_store(directory_ / "s.vts");
-  // The last byte of the first tile's stored record belongs to it whatever the record's header is.
   flip_bit(directory_ / "s.vts", tile_offset(directory_ / "s.vts", "color", {Level{2}, 1, 1}) + 100);
   const Outcome extract = run({"extract", "s.vts", "--layer", "color", "-o", "out.png"});
   EXPECT_EQ(extract.exit_code, 3) << extract.err;

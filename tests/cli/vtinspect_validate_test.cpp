@@ -41,7 +41,7 @@ TEST_F(VtinspectValidate, ProgressGoesToStandardErrorOnly) {
   write_sample_store(directory_ / "s.vts");
   const Outcome plain = run({"validate", "s.vts", "--progress", "plain"});
   const Outcome none = run({"validate", "s.vts", "--progress", "none"});
-  EXPECT_THAT(plain.err, HasSubstr("validating: "));
+  EXPECT_THAT(plain.err, HasSubstr("validating: 12 tiles in "));
   EXPECT_EQ(none.err, "");
   EXPECT_EQ(plain.out, none.out);
 }
