@@ -61,9 +61,9 @@ struct ProgressOptions {
   std::uint64_t total = 0;  // 0: not known yet, see set_total()
 
   // Replaced by tests; null means the steady clock, standard error and what the system says about it.
-  std::function<std::chrono::steady_clock::time_point()> clock;
+  std::function<std::chrono::steady_clock::time_point()> clock = nullptr;
   std::ostream* out = nullptr;
-  std::optional<bool> out_is_terminal;
+  std::optional<bool> out_is_terminal = std::nullopt;
   int terminal_columns = 0;  // 0: ask the terminal
 };
 

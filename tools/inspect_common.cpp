@@ -1,0 +1,213 @@
+#include "tools/inspect_common.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cassert>
+#include <charconv>
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <nlohmann/json.hpp>
+
+#include "store/bc1.h"
+
+namespace vt::inspect {
+
+namespace {
+
+std::string quoted_layer_names(const store::StoreReader& reader) {
+  std::string names;
+  for (const LayerInfo& layer : reader.layers()) {
+    if (!names.empty()) names += ", ";
+    names += layer.name;
+    if (layer.role == LayerRole::kCarry) names += " (carry)";
+  }
+  return names.empty() ? "none" : names;
+}
+
+// Exactly out.size() numbers between commas; nothing before, between or behind them.
+template <class Number>
+Result<void> parse_list(std::string_view text, std::string_view option, std::string_view form, std::span<Number> out) {
+  const char* at = text.data();
+  const char* const end = text.data() + text.size();
+  for (std::size_t i = 0; i < out.size(); ++i) {
+    const auto [stop, error] = std::from_chars(at, end, out[i]);
+    const bool is_last = i + 1 == out.size();
+    const bool ends_well = is_last ? stop == end : stop != end && *stop == ',';
+    if (error != std::errc() || !ends_well) {
+      return fail(ErrorCode::kUsage, fmt::format("{}: found \"{}\", wanted {}", option, text, form));
+    }
+    if constexpr (std::is_floating_point_v<Number>) {
+      if (!std::isfinite(out[i])) return fail(ErrorCode::kUsage, fmt::format("{}: \"{}\" is not finite", option, text));
+    }
+    at = stop + 1;
+  }
+  return {};
+}
+
+}  // namespace
+
+Result<const LayerInfo*> choose_layer(const store::StoreReader& reader, const std::string& layer) {
+  const std::string file = reader.path().string();
+  if (!layer.empty()) {
+    if (const LayerInfo* found = reader.find_layer(layer)) return found;
+    std::uint16_t number = 0;
+    const auto [stop, error] = std::from_chars(layer.data(), layer.data() + layer.size(), number);
+    if (error == std::errc() && stop == layer.data() + layer.size()) {
+      if (const LayerInfo* found = reader.find_layer(LayerId{number})) return found;
+    }
+    return fail(ErrorCode::kNotFound, fmt::format("{}: no layer \"{}\"; layers: {}", file, layer, quoted_layer_names(reader)));
+  }
+  const LayerInfo* only = nullptr;
+  for (const LayerInfo& candidate : reader.layers()) {
+    if (candidate.role != LayerRole::kTexture) continue;
+    if (only != nullptr) {
+      return fail(ErrorCode::kUsage, fmt::format("{}: has several layers; choose one with --layer: {}", file, quoted_layer_names(reader)));
+    }
+    only = &candidate;
+  }
+  if (only == nullptr) return fail(ErrorCode::kNotFound, fmt::format("{}: has no texture layer yet", file));
+  return only;
+}
+
+Result<Level> choose_level(const store::StoreReader& reader, const LayerInfo& layer, std::optional<int> level) {
+  if (!level) return layer.finest;
+  if (*level < 0 || *level > layer.finest.value) {
+    return fail(ErrorCode::kNotFound, fmt::format("{}: layer {} has no level {}; levels: 0 (coarsest) to {} (finest)",
+                                                  reader.path().string(), layer.name, *level, layer.finest.value));
+  }
+  return Level{static_cast<std::uint8_t>(*level)};
+}
+
+Result<geo::Crs> crs_of(const store::StoreReader& reader) {
+  const auto metadata = nlohmann::json::parse(reader.description().metadata_json, nullptr, /*allow_exceptions=*/false);
+  if (metadata.is_discarded() || !metadata.is_object()) {
+    return fail(ErrorCode::kInvalidData, fmt::format("{}: the store's metadata is not a JSON object", reader.path().string()));
+  }
+  const auto crs = metadata.find("crs");
+  if (crs == metadata.end()) return geo::Crs();
+  auto result = geo::Crs::from_json(*crs);
+  if (!result) {
+    return fail(ErrorCode::kInvalidData,
+                fmt::format("{}: the \"crs\" of the store's metadata: {}", reader.path().string(), result.error().message));
+  }
+  return result;
+}
+
+Result<void> parse_numbers(std::string_view text, std::string_view option, std::string_view form, std::span<double> out) {
+  return parse_list(text, option, form, out);
+}
+
+Result<void> parse_integers(std::string_view text, std::string_view option, std::string_view form, std::span<std::int64_t> out) {
+  return parse_list(text, option, form, out);
+}
+
+TexelLayout layout_of(TexelFormat format) {
+  switch (format) {
+    case TexelFormat::kRgb8:
+    case TexelFormat::kBc1:  // opaque
+      return {3, false};
+    case TexelFormat::kRgba8:
+      return {4, false};
+    case TexelFormat::kR32Float:
+      return {1, true};
+    case TexelFormat::kRg32Float:
+      return {2, true};
+    case TexelFormat::kRgba32Float:
+      return {4, true};
+  }
+  assert(false);
+  return {};
+}
+
+bool has_coverage_channel(const LayerInfo& layer) {
+  // Horizons keep an angle in each of their four bytes; everything else uses the fourth as texel_format.h says.
+  return layer.format == TexelFormat::kRgba8 && layer.channel != ChannelType::kHorizon;
+}
+
+void decode_tile(const LayerInfo& layer, std::span<const std::byte> payload, std::span<std::byte> out) {
+  if (layer.format != TexelFormat::kBc1) {
+    std::copy(payload.begin(), payload.end(), out.begin());
+    return;
+  }
+  const std::size_t edge = layer.tile_texels();
+  std::vector<std::byte> rgba(edge * edge * 4);
+  store::decode_bc1_image(payload, edge, edge, rgba);
+  for (std::size_t texel = 0; texel < edge * edge; ++texel) std::memcpy(&out[texel * 3], &rgba[texel * 4], 3);
+}
+
+LevelReader::LevelReader(const store::StoreReader& reader, const LayerInfo& layer, Level level)
+    : reader_(reader),
+      layer_(layer),
+      level_(level),
+      layout_(layout_of(layer.format)),
+      payload_(layer.tile_payload_bytes()),
+      texels_(std::size_t{layer.tile_texels()} * layer.tile_texels() * layout_.texel_bytes()) {}
+
+Result<void> LevelReader::read(const TexelRect& rect, std::span<std::byte> out, std::span<std::uint8_t> is_present) {
+  const std::size_t texel_bytes = layout_.texel_bytes();
+  assert(out.size() == static_cast<std::size_t>(rect.width * rect.height) * texel_bytes);
+
+  // Start from "nothing is there"; tiles then write over it.
+  if (layout_.is_float) {
+    const float nan = std::numeric_limits<float>::quiet_NaN();
+    for (std::size_t at = 0; at < out.size(); at += sizeof nan) std::memcpy(&out[at], &nan, sizeof nan);
+  } else {
+    std::fill(out.begin(), out.end(), std::byte{0});
+  }
+  std::fill(is_present.begin(), is_present.end(), std::uint8_t{0});
+
+  const TexelRect tiles = coarser(rect, layer_.tile_exponent);
+  for (std::int64_t tile_y = tiles.y; tile_y < tiles.bottom(); ++tile_y) {
+    for (std::int64_t tile_x = tiles.x; tile_x < tiles.right(); ++tile_x) {
+      const TileId tile{level_, static_cast<std::uint32_t>(tile_x), static_cast<std::uint32_t>(tile_y)};
+      if (auto result = reader_.read(layer_.id, tile, payload_); !result) {
+        if (result.error().code == ErrorCode::kNotFound) continue;
+        return tl::unexpected(result.error());
+      }
+      decode_tile(layer_, payload_, texels_);
+      const TexelRect place = rect_of(tile, layer_.tile_exponent);
+      const TexelRect part = intersect(place, rect);
+      for (std::int64_t y = part.y; y < part.bottom(); ++y) {
+        const auto from = static_cast<std::size_t>((y - place.y) * place.width + (part.x - place.x));
+        const auto to = static_cast<std::size_t>((y - rect.y) * rect.width + (part.x - rect.x));
+        const auto count = static_cast<std::size_t>(part.width);
+        std::memcpy(&out[to * texel_bytes], &texels_[from * texel_bytes], count * texel_bytes);
+        if (!is_present.empty()) std::memset(&is_present[to], 1, count);
+      }
+    }
+  }
+  return {};
+}
+
+Result<std::uint64_t> LevelReader::count_missing(const TexelRect& rect) const {
+  std::uint64_t missing = 0;
+  const TexelRect tiles = coarser(rect, layer_.tile_exponent);
+  for (std::int64_t y = tiles.y; y < tiles.bottom(); ++y) {
+    for (std::int64_t x = tiles.x; x < tiles.right(); ++x) {
+      VT_ASSIGN(const store::TileLookup found,
+                reader_.lookup(layer_.id, {level_, static_cast<std::uint32_t>(x), static_cast<std::uint32_t>(y)}));
+      if (found.kind == store::TileKind::kAbsent) ++missing;
+    }
+  }
+  return missing;
+}
+
+const std::array<double, 256>& linear_from_srgb() {
+  static const std::array<double, 256> table = [] {
+    std::array<double, 256> values{};
+    for (std::size_t code = 0; code < values.size(); ++code) {
+      const double encoded = static_cast<double>(code) / 255.0;
+      values[code] = encoded <= 0.04045 ? encoded / 12.92 : std::pow((encoded + 0.055) / 1.055, 2.4);
+    }
+    return values;
+  }();
+  return table;
+}
+
+std::string_view role_name(LayerRole role) { return role == LayerRole::kCarry ? "carry" : "texture"; }
+std::string_view state_name(LayerState state) { return state == LayerState::kComplete ? "complete" : "building"; }
+std::string_view transfer_name(Transfer transfer) { return transfer == Transfer::kSrgb ? "srgb" : "linear"; }
+
+}  // namespace vt::inspect

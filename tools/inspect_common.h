@@ -1,0 +1,83 @@
+// What vtinspect's subcommands share: opening a store, choosing a layer and a level, decoded texels, numbers from arguments.
+// One thread. Failures are Results that name the file and what would be accepted.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <nlohmann/json_fwd.hpp>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "builder/geo/crs.h"
+#include "store/layer.h"
+#include "store/result.h"
+#include "store/store_reader.h"
+#include "tools/cli_support.h"
+
+namespace vt::inspect {
+
+// --layer and --level as they stand on the command line.
+struct LayerChoice {
+  std::string layer;         // "" means the only texture layer
+  std::optional<int> level;  // nothing means the finest
+};
+
+// A texture or carry layer by name, or by number when no layer has that name. kNotFound: the message lists the layers.
+[[nodiscard]] Result<const LayerInfo*> choose_layer(const store::StoreReader& reader, const std::string& layer);
+// kNotFound: the message gives the layer's levels.
+[[nodiscard]] Result<Level> choose_level(const store::StoreReader& reader, const LayerInfo& layer, std::optional<int> level);
+
+// From the "crs" of the store's metadata; kPixel when there is none. kInvalidData names the store.
+[[nodiscard]] Result<geo::Crs> crs_of(const store::StoreReader& reader);
+
+// "1,2.5" to numbers, exactly as many as `out` has. kUsage: the message names `option` and shows `form`.
+[[nodiscard]] Result<void> parse_numbers(std::string_view text, std::string_view option, std::string_view form, std::span<double> out);
+[[nodiscard]] Result<void> parse_integers(std::string_view text, std::string_view option, std::string_view form,
+                                          std::span<std::int64_t> out);
+
+// How decoded texels lie in memory: channels interleaved, bytes or floats. BC1 decodes to three bytes.
+struct TexelLayout {
+  int channels = 0;
+  bool is_float = false;
+  [[nodiscard]] std::size_t texel_bytes() const { return static_cast<std::size_t>(channels) * (is_float ? sizeof(float) : 1); }
+};
+[[nodiscard]] TexelLayout layout_of(TexelFormat format);
+// The fourth channel says how much of the texel is covered, rather than being one more measured value.
+[[nodiscard]] bool has_coverage_channel(const LayerInfo& layer);
+
+// Texels of one tile as they are stored, to TexelLayout. `payload` is tile_payload_bytes() long, `out` tile_texels()^2 texels.
+void decode_tile(const LayerInfo& layer, std::span<const std::byte> payload, std::span<std::byte> out);
+
+// Reads rectangles of one level, tile by tile, with no filling from coarser levels.
+class LevelReader {
+ public:
+  LevelReader(const store::StoreReader& reader, const LayerInfo& layer, Level level);
+
+  // `rect` lies inside the level's padded square; `out` is its texels, tightly packed. Where no tile is, bytes are 0, floats NaN, and
+  // `is_present` (one entry a texel, may be empty) is 0.
+  [[nodiscard]] Result<void> read(const TexelRect& rect, std::span<std::byte> out, std::span<std::uint8_t> is_present);
+  // Tiles with any part in `rect` that the store does not hold.
+  [[nodiscard]] Result<std::uint64_t> count_missing(const TexelRect& rect) const;
+
+ private:
+  const store::StoreReader& reader_;
+  const LayerInfo& layer_;
+  Level level_;
+  TexelLayout layout_;
+  std::vector<std::byte> payload_;
+  std::vector<std::byte> texels_;
+};
+
+// Linear light, 0..1, of every 8-bit sRGB code (IEC 61966-2-1).
+[[nodiscard]] const std::array<double, 256>& linear_from_srgb();
+
+[[nodiscard]] std::string_view role_name(LayerRole role);
+[[nodiscard]] std::string_view state_name(LayerState state);
+[[nodiscard]] std::string_view transfer_name(Transfer transfer);
+
+}  // namespace vt::inspect

@@ -1,0 +1,290 @@
+#include "tools/inspect_extract.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <optional>
+#include <vector>
+
+#include "store/store_reader.h"
+#include "store/vt_mapping.h"
+#include "tools/inspect_mosaic.h"
+#include "tools/inspect_picture.h"
+
+namespace vt::inspect {
+
+namespace {
+
+// A band is as many rows as fit, at most a row of tiles; narrower bands unpack a tile more than once.
+constexpr std::size_t kBandBytes = std::size_t{64} << 20;
+
+struct Band {
+  TexelRect rect;
+  std::vector<std::byte> texels;
+  std::vector<std::uint8_t> is_present;
+};
+
+// Calls `visit(band)` for every band of `rect` from north to south. Bands end at tile edges, so that no tile is unpacked twice where one
+// row of tiles fits into kBandBytes.
+template <class Visit>
+Result<void> for_each_band(LevelReader& level, const LayerInfo& layer, const TexelRect& rect, const Visit& visit) {
+  const std::size_t texel_bytes = layout_of(layer.format).texel_bytes();
+  const std::size_t row_bytes = static_cast<std::size_t>(rect.width) * (texel_bytes + 1);
+  const auto most_rows = static_cast<std::int64_t>(std::max<std::size_t>(1, kBandBytes / row_bytes));
+  const std::int64_t tile = layer.tile_texels();
+  Band band;
+  for (std::int64_t y = rect.y; y < rect.bottom(); y = band.rect.bottom()) {
+    const std::int64_t to_tile_edge = tile - y % tile;
+    band.rect = {rect.x, y, rect.width, std::min({to_tile_edge, most_rows, rect.bottom() - y})};
+    const auto count = static_cast<std::size_t>(band.rect.width * band.rect.height);
+    band.texels.resize(count * texel_bytes);
+    band.is_present.resize(count);
+    if (cli::interrupt_flag().load()) return fail(ErrorCode::kCancelled, "extract: stopped; the output was not written");
+    VT_CHECK(level.read(band.rect, band.texels, band.is_present));
+    VT_CHECK(visit(band));
+  }
+  return {};
+}
+
+// Least and greatest finite value, and whether there is anything else.
+struct ValueRange {
+  float min = std::numeric_limits<float>::infinity();
+  float max = -std::numeric_limits<float>::infinity();
+  bool has_holes = false;
+
+  void include(std::span<const std::byte> floats) {
+    for (std::size_t at = 0; at < floats.size(); at += sizeof(float)) {
+      float value = 0.0F;
+      std::memcpy(&value, &floats[at], sizeof value);
+      if (!std::isfinite(value)) {
+        has_holes = true;
+        continue;
+      }
+      min = std::min(min, value);
+      max = std::max(max, value);
+    }
+  }
+};
+
+// Floats to bytes: min becomes 0, max 255. One channel gives grey, more give up to three colours; alpha 0 where a shown channel is no
+// number.
+void stretch(std::span<const std::byte> floats, int channels, int shown, bool with_alpha, const ValueRange& range,
+             std::vector<std::byte>& out) {
+  const auto stride = static_cast<std::size_t>(channels);
+  const std::size_t count = floats.size() / sizeof(float) / stride;
+  const auto out_stride = static_cast<std::size_t>(shown + (with_alpha ? 1 : 0));
+  const double width = double{range.max} - double{range.min};
+  out.assign(count * out_stride, std::byte{0});
+  for (std::size_t texel = 0; texel < count; ++texel) {
+    bool is_known = true;
+    for (std::size_t channel = 0; channel < static_cast<std::size_t>(shown); ++channel) {
+      if (channel >= stride) break;
+      float value = 0.0F;
+      std::memcpy(&value, &floats[(texel * stride + channel) * sizeof value], sizeof value);
+      if (!std::isfinite(value)) {
+        is_known = false;
+        continue;
+      }
+      const double part = width > 0.0 ? (double{value} - double{range.min}) / width : 0.5;
+      out[texel * out_stride + channel] = static_cast<std::byte>(std::lround(part * 255.0));
+    }
+    if (with_alpha && is_known) out[texel * out_stride + out_stride - 1] = std::byte{255};
+  }
+}
+
+// Bytes with one more channel: 255 where a tile is present.
+void append_alpha(const Band& band, int channels, std::vector<std::byte>& out) {
+  const auto stride = static_cast<std::size_t>(channels);
+  out.resize(band.is_present.size() * (stride + 1));
+  for (std::size_t texel = 0; texel < band.is_present.size(); ++texel) {
+    std::memcpy(&out[texel * (stride + 1)], &band.texels[texel * stride], stride);
+    out[texel * (stride + 1) + stride] = band.is_present[texel] != 0 ? std::byte{255} : std::byte{0};
+  }
+}
+
+void replace_nan(std::span<std::byte> floats, float nodata) {
+  for (std::size_t at = 0; at < floats.size(); at += sizeof nodata) {
+    float value = 0.0F;
+    std::memcpy(&value, &floats[at], sizeof value);
+    if (std::isnan(value)) std::memcpy(&floats[at], &nodata, sizeof nodata);
+  }
+}
+
+// The rectangle that --window names, in the padded square.
+Result<TexelRect> window_rect(const ExtractOptions& options, const LayerInfo& layer, Level level) {
+  const TexelRect data = layer.data_rect(level);
+  if (options.window.empty()) return data;
+  std::array<std::int64_t, 4> numbers{};
+  VT_CHECK(parse_integers(options.window, "--window", "X,Y,W,H, four whole numbers", numbers));
+  const auto [x, y, width, height] = numbers;
+  // Written so that no sum can overflow.
+  const bool fits = x >= 0 && y >= 0 && width > 0 && height > 0 && x < data.width && y < data.height && width <= data.width - x &&
+                    height <= data.height - y;
+  if (!fits) {
+    return fail(ErrorCode::kNotFound,
+                fmt::format("{}: --window {} is not inside level {} of layer {}, which is {} x {} texels", options.store.string(),
+                            options.window, int{level.value}, layer.name, data.width, data.height));
+  }
+  return TexelRect{data.x + x, data.y + y, width, height};
+}
+
+// The level's own grid: the layer's, with steps 2^k times as long. For the finest level these are exactly the source's numbers.
+geo::GeoTransform transform_of(const Area& area, const LayerInfo& layer, Level level, const TexelRect& rect) {
+  const double scale = std::ldexp(1.0, paper_level(level, layer.finest));
+  const Point2 corner = VtMapping(area, layer).crs_from_texel(level, {static_cast<double>(rect.x), static_cast<double>(rect.y)});
+  geo::GeoTransform transform;
+  transform.x0 = corner.x;
+  transform.x_column = layer.grid.step_x * scale;
+  transform.y0 = corner.y;
+  transform.y_row = -layer.grid.step_y * scale;
+  return transform;
+}
+
+// What GDAL_NODATA and the samples shall say for "no data" in a float layer.
+std::optional<double> nodata_to_write(const LayerInfo& layer) {
+  const double nodata = layer.source_nodata;
+  const bool fits = std::isnan(nodata) || std::abs(nodata) <= double{std::numeric_limits<float>::max()};
+  return fits ? nodata : std::numeric_limits<double>::quiet_NaN();
+}
+
+struct Job {
+  const store::StoreReader& reader;
+  const LayerInfo& layer;
+  Level level;
+  TexelRect rect;
+  std::uint64_t missing_tiles;
+};
+
+Result<void> extract_bytes(const ExtractOptions& options, const Job& job, LevelReader& level, PictureSpec spec, cli::Progress& progress) {
+  const TexelLayout layout = layout_of(job.layer.format);
+  spec.channels = layout.channels;
+  spec.is_srgb = job.layer.transfer == Transfer::kSrgb;
+  spec.last_is_alpha = has_coverage_channel(job.layer);
+  const bool needs_alpha = job.missing_tiles > 0 && layout.channels == 3;
+  if (needs_alpha) {
+    spec.channels = 4;
+    spec.last_is_alpha = true;
+  }
+  VT_ASSIGN(const auto picture, create_picture(options.output, spec));
+  std::vector<std::byte> with_alpha;
+  const auto write_band = [&](Band& band) -> Result<void> {
+    if (needs_alpha) append_alpha(band, layout.channels, with_alpha);
+    VT_CHECK(picture->write_rows(needs_alpha ? with_alpha : band.texels, band.rect.height));
+    progress.update(static_cast<std::uint64_t>(band.rect.bottom() - job.rect.y));
+    return {};
+  };
+  VT_CHECK(for_each_band(level, job.layer, job.rect, write_band));
+  return picture->finish();
+}
+
+Result<void> extract_floats(const ExtractOptions& options, const Job& job, LevelReader& level, PictureSpec spec, cli::Progress& progress) {
+  spec.channels = layout_of(job.layer.format).channels;
+  spec.is_float = true;
+  std::optional<float> replacement;
+  if (spec.transform) {  // a GeoTIFF, where "no data" has a place
+    spec.nodata = nodata_to_write(job.layer);
+    if (spec.nodata && !std::isnan(*spec.nodata)) replacement = static_cast<float>(*spec.nodata);
+  }
+  VT_ASSIGN(const auto picture, create_picture(options.output, spec));
+  const auto write_band = [&](Band& band) -> Result<void> {
+    if (replacement) replace_nan(band.texels, *replacement);
+    VT_CHECK(picture->write_rows(band.texels, band.rect.height));
+    progress.update(static_cast<std::uint64_t>(band.rect.bottom() - job.rect.y));
+    return {};
+  };
+  VT_CHECK(for_each_band(level, job.layer, job.rect, write_band));
+  return picture->finish();
+}
+
+// Twice over the window: once for the range, once to write.
+Result<void> extract_stretched(const ExtractOptions& options, const Job& job, LevelReader& level, PictureSpec spec,
+                               cli::Progress& progress) {
+  const TexelLayout layout = layout_of(job.layer.format);
+  ValueRange range;
+  const auto include_band = [&](Band& band) -> Result<void> {
+    range.include(band.texels);
+    return {};
+  };
+  VT_CHECK(for_each_band(level, job.layer, job.rect, include_band));
+  if (range.min > range.max) range.min = range.max = 0.0F;  // nothing but holes
+  cli::print_note("vtinspect", fmt::format("{}: stretched {:g} .. {:g} to 0 .. 255; write .tif or .exr to keep the values",
+                                           options.output.string(), range.min, range.max));
+
+  const int shown = layout.channels == 1 ? 1 : 3;
+  spec.channels = shown + (range.has_holes ? 1 : 0);
+  spec.last_is_alpha = range.has_holes;
+  VT_ASSIGN(const auto picture, create_picture(options.output, spec));
+  std::vector<std::byte> bytes;
+  const auto write_band = [&](Band& band) -> Result<void> {
+    stretch(band.texels, layout.channels, shown, range.has_holes, range, bytes);
+    VT_CHECK(picture->write_rows(bytes, band.rect.height));
+    progress.update(static_cast<std::uint64_t>(band.rect.bottom() - job.rect.y));
+    return {};
+  };
+  VT_CHECK(for_each_band(level, job.layer, job.rect, write_band));
+  return picture->finish();
+}
+
+Result<void> extract(const ExtractOptions& options, const Job& job) {
+  VT_ASSIGN(const PictureKind kind, picture_kind(options.output));
+  const bool is_float = layout_of(job.layer.format).is_float;
+  if (kind == PictureKind::kExr && !is_float) {
+    return fail(ErrorCode::kUsage, fmt::format("{}: layer {} holds 8-bit codes ({}) and EXR holds floats; write .png or .tif",
+                                               options.output.string(), job.layer.name, format_info(job.layer.format).name));
+  }
+
+  PictureSpec spec;
+  spec.width = job.rect.width;
+  spec.height = job.rect.height;
+  if (kind == PictureKind::kTiff) {
+    VT_ASSIGN(spec.crs, crs_of(job.reader));
+    spec.transform = transform_of(job.reader.description().area, job.layer, job.level, job.rect);
+  }
+
+  LevelReader level(job.reader, job.layer, job.level);
+  cli::Progress progress(
+      {.mode = options.progress, .title = "extracting", .unit = "rows", .total = static_cast<std::uint64_t>(job.rect.height)});
+  progress.update(0);
+  if (!is_float) {
+    VT_CHECK(extract_bytes(options, job, level, spec, progress));
+  } else if (kind == PictureKind::kPng) {
+    VT_CHECK(extract_stretched(options, job, level, spec, progress));
+  } else {
+    VT_CHECK(extract_floats(options, job, level, spec, progress));
+  }
+  progress.finish();
+  return {};
+}
+
+}  // namespace
+
+Result<int> run_extract(const ExtractOptions& options) {
+  VT_ASSIGN(const PictureKind kind, picture_kind(options.output));
+  VT_ASSIGN(const store::StoreReader reader, store::StoreReader::open(options.store));
+  VT_ASSIGN(const LayerInfo* const layer, choose_layer(reader, options.choice.layer));
+  if (options.mosaic) {
+    if (kind != PictureKind::kPng) return fail(ErrorCode::kUsage, fmt::format("{}: --mosaic writes .png only", options.output.string()));
+    VT_ASSIGN(const std::string description, write_mosaic(reader, *layer, options.output));
+    cli::print(fmt::format("{}: {}\n", options.output.string(), description));
+    return 0;
+  }
+
+  VT_ASSIGN(const Level level, choose_level(reader, *layer, options.choice.level));
+  VT_ASSIGN(const TexelRect rect, window_rect(options, *layer, level));
+  VT_ASSIGN(const std::uint64_t missing, LevelReader(reader, *layer, level).count_missing(rect));
+  if (missing > 0) {
+    cli::print_note("vtinspect",
+                    fmt::format("{}: {} tiles of layer {}, level {} are absent; they are written as {}", options.store.string(), missing,
+                                layer->name, int{level.value}, layout_of(layer->format).is_float ? "no data" : "transparent"));
+  }
+  VT_CHECK(extract(options, {reader, *layer, level, rect, missing}));
+  cli::print(fmt::format("{}: {} x {} texels of layer {}, level {}\n", options.output.string(), rect.width, rect.height, layer->name,
+                         int{level.value}));
+  return 0;
+}
+
+}  // namespace vt::inspect

@@ -1,0 +1,244 @@
+#include "tools/inspect_sample.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstring>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <vector>
+
+#include "store/vt_mapping.h"
+#include "tools/cli_support.h"
+
+namespace vt::inspect {
+
+namespace {
+
+// The place that was asked for, in every space that has a name for it.
+struct Place {
+  Point2 position;  // continuous, in texels of the level's padded square
+  Point2 uv;
+  Point2 crs;
+  std::optional<Point2> lonlat;
+};
+
+struct Value {
+  std::vector<double> channels;        // codes of byte formats, values of float formats; NaN is no data
+  std::vector<double> linear;          // linear light 0..1, for sRGB layers
+  std::optional<TileId> present_tile;  // the tile itself, or the nearest ancestor that the store holds
+};
+
+std::string pair_text(Point2 point) { return cli::format_exact(point.x) + ", " + cli::format_exact(point.y); }
+nlohmann::ordered_json pair_json(Point2 point) { return {point.x, point.y}; }
+
+Result<Point2> crs_from_argument(const SampleOptions& options, const geo::Crs& crs) {
+  std::array<double, 2> numbers{};
+  VT_CHECK(parse_numbers(options.lonlat, "--lonlat", "LON,LAT, two numbers in degrees", numbers));
+  if (crs.definition().projection == geo::Projection::kPixel) {
+    return fail(ErrorCode::kUsage, fmt::format("{}: has no place on the Earth; use --texel or --uv", options.store.string()));
+  }
+  auto position = crs.crs_from_lonlat({numbers[0], numbers[1]});
+  if (!position) {
+    return fail(ErrorCode::kNotFound,
+                fmt::format("{}: longitude {}, latitude {} has no place in {}: {}", options.store.string(), cli::format_exact(numbers[0]),
+                            cli::format_exact(numbers[1]), crs.text(), position.error().message));
+  }
+  return *position;
+}
+
+Result<Point2> position_from_arguments(const SampleOptions& options, const VtMapping& mapping, const LayerInfo& layer, Level level,
+                                       const geo::Crs& crs) {
+  const TexelRect data = layer.data_rect(level);
+  if (!options.texel.empty()) {
+    std::array<std::int64_t, 2> numbers{};
+    VT_CHECK(parse_integers(options.texel, "--texel", "X,Y, two whole numbers", numbers));
+    const auto [x, y] = numbers;
+    if (x < 0 || y < 0 || x >= data.width || y >= data.height) {
+      return fail(ErrorCode::kNotFound,
+                  fmt::format("{}: texel {},{} is outside level {} of layer {}; valid: 0..{}, 0..{}", options.store.string(), x, y,
+                              int{level.value}, layer.name, data.width - 1, data.height - 1));
+    }
+    // The middle of the texel stands for it.
+    return Point2{static_cast<double>(data.x + x) + 0.5, static_cast<double>(data.y + y) + 0.5};
+  }
+  if (!options.uv.empty()) {
+    std::array<double, 2> numbers{};
+    VT_CHECK(parse_numbers(options.uv, "--uv", "U,V, two numbers from 0 to 1", numbers));
+    return mapping.texel_from_uv(level, {numbers[0], numbers[1]});
+  }
+  VT_ASSIGN(const Point2 position, crs_from_argument(options, crs));
+  return mapping.texel_from_crs(level, position);
+}
+
+// What is valid, in the terms in which the place was given.
+std::string valid_range(const SampleOptions& options, const VtMapping& mapping, const LayerInfo& layer, Level level, const geo::Crs& crs) {
+  // At the finest level: coarser texels may reach beyond the data.
+  static_cast<void>(level);
+  const TexelRect& data = layer.data;
+  const Point2 north_west{static_cast<double>(data.x), static_cast<double>(data.y)};
+  const Point2 south_east{static_cast<double>(data.right()), static_cast<double>(data.bottom())};
+  if (!options.uv.empty()) {
+    const Point2 a = mapping.uv_from_texel(layer.finest, north_west);
+    const Point2 b = mapping.uv_from_texel(layer.finest, south_east);
+    return fmt::format("u {:.10g} .. {:.10g}, v {:.10g} .. {:.10g}", a.x, b.x, b.y, a.y);
+  }
+  // Straight edges of the grid are curves on the Earth, so their corners and middles give the range only roughly.
+  double west = 0.0;
+  double east = 0.0;
+  double south = 0.0;
+  double north = 0.0;
+  bool is_first = true;
+  for (int row = 0; row <= 2; ++row) {
+    for (int column = 0; column <= 2; ++column) {
+      const Point2 texel{north_west.x + (south_east.x - north_west.x) * column / 2.0,
+                         north_west.y + (south_east.y - north_west.y) * row / 2.0};
+      const auto lonlat = crs.lonlat_from_crs(mapping.crs_from_texel(layer.finest, texel));
+      if (!lonlat) continue;
+      west = is_first ? lonlat->x : std::min(west, lonlat->x);
+      east = is_first ? lonlat->x : std::max(east, lonlat->x);
+      south = is_first ? lonlat->y : std::min(south, lonlat->y);
+      north = is_first ? lonlat->y : std::max(north, lonlat->y);
+      is_first = false;
+    }
+  }
+  return fmt::format("longitude about {:.8g} .. {:.8g}, latitude about {:.8g} .. {:.8g}", west, east, south, north);
+}
+
+Result<Value> read_value(const store::StoreReader& reader, const LayerInfo& layer, TileId tile, std::int64_t column, std::int64_t row) {
+  Value value;
+  VT_ASSIGN(value.present_tile, reader.nearest_present(layer.id, tile));
+  if (!value.present_tile || *value.present_tile != tile) return value;
+
+  const TexelLayout layout = layout_of(layer.format);
+  const std::size_t edge = layer.tile_texels();
+  std::vector<std::byte> payload(layer.tile_payload_bytes());
+  std::vector<std::byte> texels(edge * edge * layout.texel_bytes());
+  VT_CHECK(reader.read(layer.id, tile, payload));
+  decode_tile(layer, payload, texels);
+
+  const std::byte* const texel = &texels[(static_cast<std::size_t>(row) * edge + static_cast<std::size_t>(column)) * layout.texel_bytes()];
+  for (int channel = 0; channel < layout.channels; ++channel) {
+    if (layout.is_float) {
+      float number = 0.0F;
+      std::memcpy(&number, texel + static_cast<std::size_t>(channel) * sizeof number, sizeof number);
+      value.channels.push_back(double{number});
+      continue;
+    }
+    const auto code = std::to_integer<std::uint8_t>(texel[channel]);
+    value.channels.push_back(code);
+    if (layer.transfer == Transfer::kSrgb) {
+      value.linear.push_back(channel < 3 ? linear_from_srgb()[code] : code / 255.0);
+    }
+  }
+  return value;
+}
+
+std::string numbers_text(const std::vector<double>& numbers, bool is_exact) {
+  std::string text;
+  for (const double number : numbers) {
+    if (!text.empty()) text += ", ";
+    // Floats were 32 bits wide: nine digits give them back exactly.
+    text += std::isnan(number) ? "no data" : is_exact ? fmt::format("{}", number) : fmt::format("{:.9g}", number);
+  }
+  return text;
+}
+
+}  // namespace
+
+Result<int> run_sample(const SampleOptions& options) {
+  const int ways = int{!options.lonlat.empty()} + int{!options.texel.empty()} + int{!options.uv.empty()};
+  if (ways != 1) return fail(ErrorCode::kUsage, "sample: give exactly one of --lonlat, --texel and --uv");
+  VT_ASSIGN(const store::StoreReader reader, store::StoreReader::open(options.store));
+  VT_ASSIGN(const LayerInfo* const layer, choose_layer(reader, options.choice.layer));
+  VT_ASSIGN(const Level level, choose_level(reader, *layer, options.choice.level));
+  VT_ASSIGN(const geo::Crs crs, crs_of(reader));
+
+  const VtMapping mapping(reader.description().area, *layer);
+  VT_ASSIGN(const Point2 position, position_from_arguments(options, mapping, *layer, level, crs));
+  // Held against the finest grid, because a coarse texel at the rim covers more than the data. Written so that NaN is outside.
+  const double scale = std::ldexp(1.0, paper_level(level, layer->finest));
+  const Point2 finest{position.x * scale, position.y * scale};
+  const TexelRect data = layer->data_rect(level);
+  const bool is_inside =
+      !options.texel.empty() || (finest.x >= static_cast<double>(layer->data.x) && finest.x <= static_cast<double>(layer->data.right()) &&
+                                 finest.y >= static_cast<double>(layer->data.y) && finest.y <= static_cast<double>(layer->data.bottom()));
+  if (!is_inside) {
+    return fail(
+        ErrorCode::kNotFound,
+        fmt::format("{}: {} {} is outside layer {}; valid: {}", options.store.string(), options.uv.empty() ? "longitude, latitude" : "u, v",
+                    options.uv.empty() ? options.lonlat : options.uv, layer->name, valid_range(options, mapping, *layer, level, crs)));
+  }
+
+  // The east and south edges belong to the last texel, as u = 1 and v = 0 belong to the area.
+  const std::int64_t x = std::clamp(static_cast<std::int64_t>(std::floor(position.x)), data.x, data.right() - 1);
+  const std::int64_t y = std::clamp(static_cast<std::int64_t>(std::floor(position.y)), data.y, data.bottom() - 1);
+  const int exponent = layer->tile_exponent;
+  const TileId tile{level, static_cast<std::uint32_t>(x >> exponent), static_cast<std::uint32_t>(y >> exponent)};
+  const TexelRect tile_place = rect_of(tile, exponent);
+
+  Place place{position, mapping.uv_from_texel(level, position), mapping.crs_from_texel(level, position), std::nullopt};
+  if (crs.definition().projection != geo::Projection::kPixel) {
+    if (const auto lonlat = crs.lonlat_from_crs(place.crs)) place.lonlat = *lonlat;
+  }
+  VT_ASSIGN(const Value value, read_value(reader, *layer, tile, x - tile_place.x, y - tile_place.y));
+  const bool is_present = value.present_tile == tile;
+
+  if (options.json) {
+    nlohmann::ordered_json json = {
+        {"path", options.store.string()},
+        {"layer", layer->name},
+        {"channel", channel_info(layer->channel).name},
+        {"unit", channel_info(layer->channel).unit},
+        {"format", format_info(layer->format).name},
+        {"level", level.value},
+        {"texel", {x - data.x, y - data.y}},
+        {"texel_in_square", {x, y}},
+        {"tile", {{"level", tile.level.value}, {"x", tile.x}, {"y", tile.y}}},
+        {"texel_in_tile", {x - tile_place.x, y - tile_place.y}},
+        {"tile_present", is_present},
+        {"nearest_present", nullptr},
+        {"position", {place.position.x - static_cast<double>(data.x), place.position.y - static_cast<double>(data.y)}},
+        {"uv", pair_json(place.uv)},
+        {"crs", pair_json(place.crs)},
+        {"lonlat", nullptr},
+        {"value", nullptr},
+        {"linear", nullptr},
+    };
+    if (value.present_tile) {
+      json["nearest_present"] = {{"level", value.present_tile->level.value}, {"x", value.present_tile->x}, {"y", value.present_tile->y}};
+    }
+    if (place.lonlat) json["lonlat"] = pair_json(*place.lonlat);
+    if (is_present) json["value"] = value.channels;  // NaN becomes null
+    if (!value.linear.empty()) json["linear"] = value.linear;
+    cli::print_json(json);
+    return 0;
+  }
+
+  std::string text =
+      fmt::format("layer     {} ({}, {})\n", layer->name, channel_info(layer->channel).name, format_info(layer->format).name);
+  text += fmt::format("level     {} (finest {}, paper level {})\n", int{level.value}, int{layer->finest.value},
+                      paper_level(level, layer->finest));
+  text += fmt::format("texel     {}, {}\n", x - data.x, y - data.y);
+  text += fmt::format("tile      level {}, {},{}; texel {}, {} in it\n", int{tile.level.value}, tile.x, tile.y, x - tile_place.x,
+                      y - tile_place.y);
+  text += fmt::format("uv        {}\n", pair_text(place.uv));
+  text += fmt::format("crs       {}\n", pair_text(place.crs));
+  if (place.lonlat) text += fmt::format("lon, lat  {}\n", pair_text(*place.lonlat));
+  if (!is_present) {
+    text += value.present_tile ? fmt::format("value     none: the tile is absent; nearest above: level {}, {},{}\n",
+                                             int{value.present_tile->level.value}, value.present_tile->x, value.present_tile->y)
+                               : std::string("value     none: the tile and all above it are absent\n");
+  } else {
+    const std::string_view unit = channel_info(layer->channel).unit;
+    text +=
+        fmt::format("value     {}{}{}\n", numbers_text(value.channels, !layout_of(layer->format).is_float), unit.empty() ? "" : " ", unit);
+    if (!value.linear.empty()) text += fmt::format("linear    {}\n", numbers_text(value.linear, false));
+  }
+  cli::print(text);
+  return 0;
+}
+
+}  // namespace vt::inspect

@@ -1,0 +1,21 @@
+// vtinspect validate: every finding of store::validate, for people or as JSON (schemas/vtinspect-validate.schema.json).
+#pragma once
+
+#include <filesystem>
+
+#include "store/result.h"
+#include "tools/cli_support.h"
+
+namespace vt::inspect {
+
+struct ValidateCommand {
+  std::filesystem::path store;
+  bool json = false;
+  bool quick = false;  // checksums only, tiles are not unpacked
+  cli::ProgressMode progress = cli::ProgressMode::kAuto;
+};
+
+// 3 when the store is not valid.
+[[nodiscard]] Result<int> run_validate(const ValidateCommand& options);
+
+}  // namespace vt::inspect
