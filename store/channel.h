@@ -30,8 +30,8 @@ enum class Transfer : std::uint8_t {
 
 struct ChannelInfo {
   ChannelType type;
-  std::string_view name;          // as on the command line
-  std::string_view unit;          // "" where there is none
+  std::string_view name;  // as on the command line
+  std::string_view unit;  // "" where there is none
   TexelFormat default_format;
   std::string_view combine_rule;  // one phrase for people
 };

@@ -46,26 +46,26 @@ struct GridPlacement {
 };
 
 struct LayerInfo {
-  LayerId id;                 // given by the store
-  std::string name;           // 1..63 bytes of UTF-8, unique in the store
+  LayerId id;        // given by the store
+  std::string name;  // 1..63 bytes of UTF-8, unique in the store
   ChannelType channel = ChannelType::kColor;
   TexelFormat format = TexelFormat::kRgb8;
   Transfer transfer = Transfer::kLinear;
   LayerRole role = LayerRole::kTexture;
   LayerState state = LayerState::kBuilding;
-  LayerId owner;              // for kCarry: the layer it belongs to
+  LayerId owner;  // for kCarry: the layer it belongs to
   std::uint8_t tile_exponent = 8;
-  Level finest;               // the padded square is 2^(finest + tile_exponent) texels wide at this level
-  TexelRect data;             // finest-level texels that the source covers, inside the padded square
+  Level finest;    // the padded square is 2^(finest + tile_exponent) texels wide at this level
+  TexelRect data;  // finest-level texels that the source covers, inside the padded square
   GridPlacement grid;
   // What "no data" was called in the source, so that `extract` can give it back; NaN when the source had none.
   double source_nodata = std::numeric_limits<double>::quiet_NaN();
   std::string metadata_json;  // for tools; the runtime does not read it
 
   // Kept by the store.
-  std::uint64_t tiles = 0;           // entries present, constants included
+  std::uint64_t tiles = 0;  // entries present, constants included
   std::uint64_t constant_tiles = 0;
-  std::uint64_t stored_bytes = 0;    // bytes of tile records that the index points to; shared records count once per tile
+  std::uint64_t stored_bytes = 0;  // bytes of tile records that the index points to; shared records count once per tile
 
   [[nodiscard]] int vt_exponent() const { return finest.value + tile_exponent; }
   [[nodiscard]] std::uint32_t tile_texels() const { return std::uint32_t{1} << tile_exponent; }
@@ -73,9 +73,7 @@ struct LayerInfo {
   [[nodiscard]] TexelRect data_rect(Level level) const { return coarser(data, finest.value - level.value); }
   // The tiles of `level` that have any part in the data, as a rectangle counted in tiles.
   [[nodiscard]] TexelRect tile_rect(Level level) const { return coarser(data_rect(level), tile_exponent); }
-  [[nodiscard]] std::size_t tile_payload_bytes() const {
-    return payload_bytes(format_info(format), tile_texels(), tile_texels());
-  }
+  [[nodiscard]] std::size_t tile_payload_bytes() const { return payload_bytes(format_info(format), tile_texels(), tile_texels()); }
 };
 
 }  // namespace vt

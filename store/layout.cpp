@@ -15,7 +15,6 @@ constexpr std::string_view kSuperblockMagic = "VTSTORE1";
 constexpr std::uint32_t kRecordMagic = 0x43525456;  // "VTRC"
 
 // Offsets in the superblock.
-constexpr std::size_t kSuperblockIgnorableAt = 64;
 constexpr std::size_t kSuperblockReservedAt = 128;
 constexpr std::size_t kSuperblockHashAt = kSuperblockBytes - 8;
 

@@ -18,9 +18,9 @@ struct RegionReport {
   std::uint64_t texels_missing = 0;       // not even the root has them: written as zero bytes (NaN for float formats)
 };
 
-// Fills `out`, in the layer's own format, with `rect` of `level`. For block formats x, y, width and height are multiples of 4, and holes are
-// filled exactly, in the compressed domain: a coarser texel enlarged 2^k times keeps its block's end points.
-// `row_pitch_bytes` is from one row of blocks to the next; 0 means tightly packed. Rectangles may reach outside the padded square: those texels are missing.
+// Fills `out`, in the layer's own format, with `rect` of `level`. For block formats x, y, width and height are multiples of 4, and holes
+// are filled exactly, in the compressed domain: a coarser texel enlarged 2^k times keeps its block's end points. `row_pitch_bytes` is from
+// one row of blocks to the next; 0 means tightly packed. Rectangles may reach outside the padded square: those texels are missing.
 [[nodiscard]] Result<RegionReport> read_region(const StoreReader& reader, LayerId layer, Level level, const TexelRect& rect,
                                                std::span<std::byte> out, std::size_t row_pitch_bytes = 0);
 

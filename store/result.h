@@ -1,5 +1,6 @@
 // The one way in which ordinary failures travel: a value or an Error that tells the user what to do.
-// Wrong calls are bugs and use assert; bad files, disks and configurations come back as Result. Everything here may be used from any thread.
+// Wrong calls are bugs and use assert; bad files, disks and configurations come back as Result. Everything here may be used from any
+// thread.
 #pragma once
 
 #include <cstdint>
@@ -37,18 +38,18 @@ using Result = tl::expected<T, Error>;
 }  // namespace vt
 
 // Leaves the current function with the error of `expr` when it has one. For Result<void>.
-#define VT_CHECK(expr)                                                            \
-  do {                                                                            \
-    if (auto vt_check_result = (expr); !vt_check_result) [[unlikely]]             \
-      return ::tl::unexpected<::vt::Error>(std::move(vt_check_result).error());   \
+#define VT_CHECK(expr)                                                          \
+  do {                                                                          \
+    if (auto vt_check_result = (expr); !vt_check_result) [[unlikely]]           \
+      return ::tl::unexpected<::vt::Error>(std::move(vt_check_result).error()); \
   } while (false)
 
 #define VT_CONCAT_INNER(a, b) a##b
 #define VT_CONCAT(a, b) VT_CONCAT_INNER(a, b)
 
 // `VT_ASSIGN(auto header, decode_header(bytes));` declares the value or leaves with the error.
-#define VT_ASSIGN(declaration, expr)                                                        \
-  auto VT_CONCAT(vt_result_, __LINE__) = (expr);                                            \
-  if (!VT_CONCAT(vt_result_, __LINE__)) [[unlikely]]                                        \
+#define VT_ASSIGN(declaration, expr)                                                          \
+  auto VT_CONCAT(vt_result_, __LINE__) = (expr);                                              \
+  if (!VT_CONCAT(vt_result_, __LINE__)) [[unlikely]]                                          \
     return ::tl::unexpected<::vt::Error>(std::move(VT_CONCAT(vt_result_, __LINE__)).error()); \
   declaration = std::move(*VT_CONCAT(vt_result_, __LINE__))

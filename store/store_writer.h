@@ -1,6 +1,7 @@
-// Appends tiles and layers to a store file and makes them durable. One writer at a time (an advisory lock keeps others out); any number of readers
-// beside it. Nothing is visible to readers before commit(); a crash at any moment leaves the last commit whole.
-// Threads: put/put_constant/remove/contains/read may be called from many threads at once; create/open/add_layer/set_*/commit/finish from one, with no put in flight.
+// Appends tiles and layers to a store file and makes them durable. One writer at a time (an advisory lock keeps others out); any number of
+// readers beside it. Nothing is visible to readers before commit(); a crash at any moment leaves the last commit whole. Threads:
+// put/put_constant/remove/contains/read may be called from many threads at once; create/open/add_layer/set_*/commit/finish from one, with
+// no put in flight.
 #pragma once
 
 #include <cstddef>
@@ -54,13 +55,15 @@ class StoreWriter {
   [[nodiscard]] std::vector<LayerInfo> layers() const;  // with current counts
   [[nodiscard]] std::optional<LayerInfo> find_layer(std::string_view name) const;
 
-  // The id, counts and state in `info` are ignored; the layer starts kBuilding. kInvalidData when a field is out of its range, kExists for a taken name.
+  // The id, counts and state in `info` are ignored; the layer starts kBuilding. kInvalidData when a field is out of its range, kExists for
+  // a taken name.
   [[nodiscard]] Result<LayerId> add_layer(const LayerInfo& info);
   [[nodiscard]] Result<void> remove_layer(LayerId layer);  // and its carry layers; the space is garbage until packed
   [[nodiscard]] Result<void> set_state(LayerId layer, LayerState state);
   [[nodiscard]] Result<void> set_metadata(LayerId layer, std::string metadata_json);
 
-  // Stores one tile as `encode_payload` made it. Replaces an older one of the same name. kIo on a full disk: the store stays at its last commit.
+  // Stores one tile as `encode_payload` made it. Replaces an older one of the same name. kIo on a full disk: the store stays at its last
+  // commit.
   [[nodiscard]] Result<void> put(LayerId layer, TileId tile, const EncodedPayload& payload);
   // A tile of one value everywhere: `block` is one texel (or one 4x4 block) of the layer's format. Equal values share one record.
   [[nodiscard]] Result<void> put_constant(LayerId layer, TileId tile, std::span<const std::byte> block);

@@ -18,12 +18,18 @@ constexpr std::array<FormatInfo, 6> kFormats = {{
 
 const FormatInfo& format_info(TexelFormat format) {
   switch (format) {
-    case TexelFormat::kRgb8: return kFormats[0];
-    case TexelFormat::kRgba8: return kFormats[1];
-    case TexelFormat::kBc1: return kFormats[2];
-    case TexelFormat::kR32Float: return kFormats[3];
-    case TexelFormat::kRg32Float: return kFormats[4];
-    case TexelFormat::kRgba32Float: return kFormats[5];
+    case TexelFormat::kRgb8:
+      return kFormats[0];
+    case TexelFormat::kRgba8:
+      return kFormats[1];
+    case TexelFormat::kBc1:
+      return kFormats[2];
+    case TexelFormat::kR32Float:
+      return kFormats[3];
+    case TexelFormat::kRg32Float:
+      return kFormats[4];
+    case TexelFormat::kRgba32Float:
+      return kFormats[5];
   }
   __builtin_unreachable();
 }

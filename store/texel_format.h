@@ -1,4 +1,5 @@
-// The texel formats a tile may hold, and the byte arithmetic that follows from them. The runtime looks only at these, never at channel types.
+// The texel formats a tile may hold, and the byte arithmetic that follows from them. The runtime looks only at these, never at channel
+// types.
 #pragma once
 
 #include <cstddef>
@@ -8,7 +9,8 @@
 
 namespace vt {
 
-// Numbers are on disk. Append; never renumber, never reuse. All multi-byte samples are little-endian, channels interleaved in the order named.
+// Numbers are on disk. Append; never renumber, never reuse. All multi-byte samples are little-endian, channels interleaved in the order
+// named.
 enum class TexelFormat : std::uint16_t {
   kRgb8 = 1,      // three unsigned bytes; the layer's transfer function says what a code means
   kRgba8 = 2,     // the same with straight (not premultiplied) coverage, linear, in the fourth byte
@@ -21,13 +23,13 @@ enum class TexelFormat : std::uint16_t {
 // One row per format. A block is 1x1 texel for plain formats and 4x4 for the BCn family.
 struct FormatInfo {
   TexelFormat format;
-  std::string_view name;    // as on the command line
+  std::string_view name;  // as on the command line
   std::uint8_t channels;
   std::uint8_t block_edge;   // texels along one side of a block
   std::uint8_t block_bytes;  // bytes of one block
 };
 
-[[nodiscard]] const FormatInfo& format_info(TexelFormat format);            // `format` is one of the enumerators
+[[nodiscard]] const FormatInfo& format_info(TexelFormat format);                    // `format` is one of the enumerators
 [[nodiscard]] std::optional<TexelFormat> format_from_number(std::uint16_t number);  // for bytes read from a file
 [[nodiscard]] std::optional<TexelFormat> format_from_name(std::string_view name);
 

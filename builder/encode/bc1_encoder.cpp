@@ -17,7 +17,7 @@
 
 // The method, for as many blocks at once as a vector has float lanes:
 //   1. Centre the texels on their rounded mean: sums stay small integers, which floats add exactly.
-//   2. Start on the principal axis (power iteration on the covariance), end points at the extreme projections.
+//   2. Start on the principal axis (power iteration on the covariance), end points at or inside the extreme projections.
 //   3. Refine: give each texel the nearest of the four positions on the line, solve least squares for the end points, round each
 //      channel's pair jointly to 5 or 6 bits. Keep the best of all passes.
 //   4. Where one colour for the whole block is better (or the block is flat), take it from the table of best pairs.
@@ -387,8 +387,16 @@ HWY_INLINE void encode_batch(const std::uint8_t* rows, std::size_t pitch, std::u
   Texels texels;
   const Moments moments = load_centred<bytes_per_texel>(rows, pitch, texels);
 
-  Candidate best = refined(extremes_along(principal_axis(moments), moments, texels), moments, texels);
+  // Different starts end in different local optima; all passes compete. The insets were tuned on six aerial images and 1/f noise: the two
+  // one-sided starts gain 0.1 dB, another pass for each of them 0.05 dB at three quarters of the speed.
+  const Line whole = extremes_along(principal_axis(moments), moments, texels);
+  const Rgb along = whole.end1 - whole.end0;
+  const Rgb little = along * constant(0.05F);
+  const Rgb much = along * constant(0.25F);
+  Candidate best = refined({whole.end0 + little, whole.end1 - little}, moments, texels);
   best = better(best, refined(best.line, moments, texels));
+  best = better(best, refined({whole.end0 + much, whole.end1}, moments, texels));
+  best = better(best, refined({whole.end0, whole.end1 - much}, moments, texels));
   best = better(best, refined(best.line, moments, texels));
 
   // Index 2 is 2/3 color0 + 1/3 color1: a third of the way from position 0 to 3, so position 1.

@@ -22,7 +22,8 @@ channels::ConstPlaneRow shifted(const channels::ConstPlaneRow& row, std::int64_t
 
 }  // namespace
 
-TileBand::TileBand(const LayerInfo& layer, const channels::ChannelCodec& codec, store::Compression compression, Level level, const TexelRect& core)
+TileBand::TileBand(const LayerInfo& layer, const channels::ChannelCodec& codec, store::Compression compression, Level level,
+                   const TexelRect& core)
     : format_(layer.format),
       codec_(codec),
       compression_(compression),
@@ -62,7 +63,8 @@ void TileBand::add_segments(std::int64_t y, const WriteSegment& write_segment) {
 void TileBand::add_row(std::int64_t y, const channels::RowNeighbourhood& rows) {
   const auto weight_plane = static_cast<std::size_t>(codec_.weight_plane());
   add_segments(y, [&](std::int64_t offset, std::int64_t count, std::byte* out) {
-    const channels::RowNeighbourhood segment{shifted(rows.above, offset), shifted(rows.here, offset), shifted(rows.below, offset), rows.opaque};
+    const channels::RowNeighbourhood segment{shifted(rows.above, offset), shifted(rows.here, offset), shifted(rows.below, offset),
+                                             rows.opaque};
     codec_.encode_row(segment, count, out);
     return rows.opaque || any_positive(segment.here[weight_plane], count);
   });

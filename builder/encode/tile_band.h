@@ -1,5 +1,6 @@
-// Collects finished rows of one level of one block into tiles and turns a full row of tiles into what the store keeps: constant tiles are found, tiles
-// without any data are dropped, texels outside the data are filled from the nearest data texel, then block encoding and compression. One object per thread.
+// Collects finished rows of one level of one block into tiles and turns a full row of tiles into what the store keeps: constant tiles are
+// found, tiles without any data are dropped, texels outside the data are filled from the nearest data texel, then block encoding and
+// compression. One object per thread.
 #pragma once
 
 #include <cstdint>
@@ -53,7 +54,7 @@ class TileBand {
   std::int64_t tile_texels_;
   int tile_exponent_;
   std::size_t texel_bytes_;
-  std::int64_t tile_row_ = 0;     // of the open tiles
+  std::int64_t tile_row_ = 0;  // of the open tiles
   std::int64_t next_y_;
   std::vector<OpenTile> open_;
 };

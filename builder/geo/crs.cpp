@@ -43,7 +43,8 @@ double flattening_of(const Ellipsoid& ellipsoid) { return ellipsoid.inverse_flat
 
 bool is_usable(const Ellipsoid& ellipsoid) {
   const double flattening = flattening_of(ellipsoid);
-  return std::isfinite(ellipsoid.semi_major_m) && ellipsoid.semi_major_m > 0.0 && std::isfinite(flattening) && flattening >= 0.0 && flattening < 0.5;
+  return std::isfinite(ellipsoid.semi_major_m) && ellipsoid.semi_major_m > 0.0 && std::isfinite(flattening) && flattening >= 0.0 &&
+         flattening < 0.5;
 }
 
 // Radii of curvature along the meridian and across it (Snyder, Map Projections - A Working Manual, 4-18 and 4-20).
@@ -64,8 +65,7 @@ Radii radii_at(const Ellipsoid& ellipsoid, double latitude_deg) {
 class TransverseMercatorProjection {
  public:
   explicit TransverseMercatorProjection(const CrsDefinition& definition)
-      : definition_(definition),
-        series_(definition.ellipsoid.semi_major_m, flattening_of(definition.ellipsoid), definition.scale_factor) {
+      : definition_(definition), series_(definition.ellipsoid.semi_major_m, flattening_of(definition.ellipsoid), definition.scale_factor) {
     if (definition.ellipsoid.inverse_flattening != 0.0) {
       exact_.emplace(definition.ellipsoid.semi_major_m, flattening_of(definition.ellipsoid), definition.scale_factor);
     }
@@ -165,7 +165,8 @@ Crs::Crs(CrsDefinition definition) : impl_(std::make_shared<const Impl>(std::mov
 
 Result<Crs> Crs::from_epsg(int code) {
   auto definition = definition_from_epsg(code);
-  if (!definition) return fail(ErrorCode::kUnsupported, fmt::format("EPSG:{} is not a CRS that this program knows; {}", code, kHowToGiveOne));
+  if (!definition)
+    return fail(ErrorCode::kUnsupported, fmt::format("EPSG:{} is not a CRS that this program knows; {}", code, kHowToGiveOne));
   return Crs(*std::move(definition));
 }
 
@@ -183,19 +184,20 @@ Result<Crs> Crs::from_text(std::string_view text) {
 
 nlohmann::json Crs::to_json() const {
   const CrsDefinition& d = impl_->definition;
-  return {{"projection", projection_name(d.projection)},
-          {"name", d.name},
-          {"epsg", d.epsg},
-          {"datum", d.datum},
-          {"datum_epsg", d.datum_epsg},
-          {"ellipsoid",
-           {{"name", d.ellipsoid.name}, {"semi_major_m", d.ellipsoid.semi_major_m}, {"inverse_flattening", d.ellipsoid.inverse_flattening}}},
-          {"latitude_of_origin_deg", d.latitude_of_origin_deg},
-          {"central_meridian_deg", d.central_meridian_deg},
-          {"scale_factor", d.scale_factor},
-          {"false_easting_m", d.false_easting_m},
-          {"false_northing_m", d.false_northing_m},
-          {"metres_per_unit", d.metres_per_unit}};
+  return {
+      {"projection", projection_name(d.projection)},
+      {"name", d.name},
+      {"epsg", d.epsg},
+      {"datum", d.datum},
+      {"datum_epsg", d.datum_epsg},
+      {"ellipsoid",
+       {{"name", d.ellipsoid.name}, {"semi_major_m", d.ellipsoid.semi_major_m}, {"inverse_flattening", d.ellipsoid.inverse_flattening}}},
+      {"latitude_of_origin_deg", d.latitude_of_origin_deg},
+      {"central_meridian_deg", d.central_meridian_deg},
+      {"scale_factor", d.scale_factor},
+      {"false_easting_m", d.false_easting_m},
+      {"false_northing_m", d.false_northing_m},
+      {"metres_per_unit", d.metres_per_unit}};
 }
 
 Result<Crs> Crs::from_json(const nlohmann::json& json) {
@@ -246,8 +248,8 @@ bool Crs::same_coordinates(const Crs& other) const {
   if (a.projection == Projection::kPixel) return true;
   // A datum is known by its code; one without a code by its name, which may be missing altogether.
   const bool same_datum = a.datum_epsg != 0 && b.datum_epsg != 0 ? a.datum_epsg == b.datum_epsg : a.datum == b.datum;
-  const auto same_length = [](double p, double q) { return std::abs(p - q) <= 1e-6; };      // a micrometre
-  const auto same_angle = [](double p, double q) { return std::abs(p - q) <= 1e-11; };      // a micrometre on the ground
+  const auto same_length = [](double p, double q) { return std::abs(p - q) <= 1e-6; };  // a micrometre
+  const auto same_angle = [](double p, double q) { return std::abs(p - q) <= 1e-11; };  // a micrometre on the ground
   const auto same_ratio = [](double p, double q) { return std::abs(p - q) <= 1e-13 * std::abs(p); };
   if (!same_datum || !same_length(a.ellipsoid.semi_major_m, b.ellipsoid.semi_major_m) ||
       std::abs(flattening_of(a.ellipsoid) - flattening_of(b.ellipsoid)) > 1e-13) {
@@ -264,15 +266,18 @@ bool Crs::same_coordinates(const Crs& other) const {
 Result<Point2> Crs::lonlat_from_crs(Point2 crs) const {
   const CrsDefinition& d = impl_->definition;
   const auto no_answer = [&] {
-    return fail(ErrorCode::kInvalidData, fmt::format("{}: ({:.17g}, {:.17g}) is not a place on the Earth in this CRS{}{}", text(), crs.x, crs.y,
-                                                     impl_->problem.empty() ? "" : ": ", impl_->problem));
+    return fail(ErrorCode::kInvalidData, fmt::format("{}: ({:.17g}, {:.17g}) is not a place on the Earth in this CRS{}{}", text(), crs.x,
+                                                     crs.y, impl_->problem.empty() ? "" : ": ", impl_->problem));
   };
-  if (d.projection == Projection::kPixel) return fail(ErrorCode::kUsage, "pixel coordinates have no longitude and latitude; give a CRS with --crs EPSG:nnnn");
+  if (d.projection == Projection::kPixel)
+    return fail(ErrorCode::kUsage, "pixel coordinates have no longitude and latitude; give a CRS with --crs EPSG:nnnn");
   if (!impl_->problem.empty() || !std::isfinite(crs.x) || !std::isfinite(crs.y)) return no_answer();
   const Point2 metres{.x = crs.x * d.metres_per_unit, .y = crs.y * d.metres_per_unit};
   switch (d.projection) {
-    case Projection::kPixel: break;
-    case Projection::kGeographic: return crs;
+    case Projection::kPixel:
+      break;
+    case Projection::kGeographic:
+      return crs;
     case Projection::kTransverseMercator: {
       const auto answer = impl_->transverse_mercator->inverse(metres);
       if (!answer) return no_answer();
@@ -292,11 +297,14 @@ Result<Point2> Crs::crs_from_lonlat(Point2 lonlat_deg) const {
     return fail(ErrorCode::kInvalidData, fmt::format("{}: longitude {:.17g}, latitude {:.17g} is out of this CRS's reach{}{}", text(),
                                                      lonlat_deg.x, lonlat_deg.y, impl_->problem.empty() ? "" : ": ", impl_->problem));
   };
-  if (d.projection == Projection::kPixel) return fail(ErrorCode::kUsage, "pixel coordinates have no longitude and latitude; give a CRS with --crs EPSG:nnnn");
+  if (d.projection == Projection::kPixel)
+    return fail(ErrorCode::kUsage, "pixel coordinates have no longitude and latitude; give a CRS with --crs EPSG:nnnn");
   if (!impl_->problem.empty() || !std::isfinite(lonlat_deg.x) || !std::isfinite(lonlat_deg.y)) return no_answer();
   switch (d.projection) {
-    case Projection::kPixel: break;
-    case Projection::kGeographic: return lonlat_deg;
+    case Projection::kPixel:
+      break;
+    case Projection::kGeographic:
+      return lonlat_deg;
     case Projection::kTransverseMercator: {
       if (std::abs(lonlat_deg.y) > 90.0) return no_answer();
       const auto metres = impl_->transverse_mercator->forward(lonlat_deg);
@@ -318,8 +326,10 @@ Result<Point2> Crs::metres_per_unit_at(Point2 crs) const {
   const Radii radii = radii_at(d.ellipsoid, lonlat_deg.y);
   const double cosine = std::max(0.0, std::cos(lonlat_deg.y * kDegree));
   switch (d.projection) {
-    case Projection::kPixel: break;
-    case Projection::kGeographic: return Point2{.x = radii.transverse_m * cosine * kDegree, .y = radii.meridian_m * kDegree};
+    case Projection::kPixel:
+      break;
+    case Projection::kGeographic:
+      return Point2{.x = radii.transverse_m * cosine * kDegree, .y = radii.meridian_m * kDegree};
     case Projection::kTransverseMercator: {
       // Conformal: one scale in all directions.
       const auto answer = impl_->transverse_mercator->inverse({.x = crs.x * d.metres_per_unit, .y = crs.y * d.metres_per_unit});

@@ -1,5 +1,6 @@
 // Coordinate reference systems: what a source's x and y mean on the ground. The only room that sees GeographicLib.
-// A Crs is a value; all const functions are safe from any thread. Longitudes and latitudes are degrees on the CRS's own datum: no datum shift is ever applied silently.
+// A Crs is a value; all const functions are safe from any thread. Longitudes and latitudes are degrees on the CRS's own datum: no datum
+// shift is ever applied silently.
 #pragma once
 
 #include <memory>
@@ -58,7 +59,8 @@ class Crs {
   // Same projection, parameters, ellipsoid and datum: coordinates agree without any transformation.
   [[nodiscard]] bool same_coordinates(const Crs& other) const;
 
-  // Longitude x and latitude y in degrees from CRS coordinates and back. Not for kPixel (kUsage). kInvalidData where the projection has no answer.
+  // Longitude x and latitude y in degrees from CRS coordinates and back. Not for kPixel (kUsage). kInvalidData where the projection has no
+  // answer.
   [[nodiscard]] Result<Point2> lonlat_from_crs(Point2 crs) const;
   [[nodiscard]] Result<Point2> crs_from_lonlat(Point2 lonlat_deg) const;
 

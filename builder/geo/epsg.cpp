@@ -150,32 +150,15 @@ struct UtmRow {
   const char* grid = "UTM";  // Australia calls the same projection AMG and MGA
 };
 constexpr UtmRow kUtm[] = {
-    {32601, 32660, 1, false, 4326},
-    {32701, 32760, 1, true, 4326},
-    {32201, 32260, 1, false, 4322},
-    {32301, 32360, 1, true, 4322},
-    {26901, 26923, 1, false, 4269},
-    {26701, 26722, 1, false, 4267},
-    {3740, 3749, 10, false, 4152},
-    {3707, 3727, 59, false, 4759},
-    {6328, 6348, 59, false, 6318},
-    {2955, 2957, 11, false, 4617},
-    {2958, 2962, 17, false, 4617},
-    {3154, 3157, 7, false, 4617},
-    {25828, 25838, 28, false, 4258},
-    {23028, 23038, 28, false, 4230},
-    {31965, 31976, 11, false, 4674},
-    {31977, 31985, 17, true, 4674},
-    {29168, 29172, 18, false, 4618},
-    {29187, 29195, 17, true, 4618},
-    {24817, 24821, 17, false, 4248},
-    {24877, 24880, 17, true, 4248},
-    {28348, 28358, 48, true, 4283, "MGA"},
-    {7846, 7859, 46, true, 7844, "MGA"},
-    {20248, 20258, 48, true, 4202, "AMG"},
-    {20348, 20358, 48, true, 4203, "AMG"},
-    {3097, 3101, 51, false, 4612},
-    {6688, 6692, 51, false, 6668},
+    {32601, 32660, 1, false, 4326},      {32701, 32760, 1, true, 4326},         {32201, 32260, 1, false, 4322},
+    {32301, 32360, 1, true, 4322},       {26901, 26923, 1, false, 4269},        {26701, 26722, 1, false, 4267},
+    {3740, 3749, 10, false, 4152},       {3707, 3727, 59, false, 4759},         {6328, 6348, 59, false, 6318},
+    {2955, 2957, 11, false, 4617},       {2958, 2962, 17, false, 4617},         {3154, 3157, 7, false, 4617},
+    {25828, 25838, 28, false, 4258},     {23028, 23038, 28, false, 4230},       {31965, 31976, 11, false, 4674},
+    {31977, 31985, 17, true, 4674},      {29168, 29172, 18, false, 4618},       {29187, 29195, 17, true, 4618},
+    {24817, 24821, 17, false, 4248},     {24877, 24880, 17, true, 4248},        {28348, 28358, 48, true, 4283, "MGA"},
+    {7846, 7859, 46, true, 7844, "MGA"}, {20248, 20258, 48, true, 4202, "AMG"}, {20348, 20358, 48, true, 4203, "AMG"},
+    {3097, 3101, 51, false, 4612},       {6688, 6692, 51, false, 6668},
 };
 
 // Gauss-Krueger families with a zone number before the easting: every zone of `degrees` width, scale 1.
@@ -248,8 +231,8 @@ std::optional<CrsDefinition> projected_from_code(int code) {
     const int zone = (row.first_zone + code - row.first_code - 1) % 60 + 1;
     const auto geographic = geographic_from_code(row.geographic_code);
     if (!geographic) return std::nullopt;
-    return transverse_mercator(code, row.geographic_code, utm_name(geographic->name, row, zone), 0.0,
-                               6.0 * zone - 183.0, 0.9996, 500000.0, row.south ? 10000000.0 : 0.0);
+    return transverse_mercator(code, row.geographic_code, utm_name(geographic->name, row, zone), 0.0, 6.0 * zone - 183.0, 0.9996, 500000.0,
+                               row.south ? 10000000.0 : 0.0);
   }
   for (const GaussKruegerRow& row : kGaussKrueger) {
     if (code < row.first_code || code > row.last_code) continue;
@@ -261,8 +244,9 @@ std::optional<CrsDefinition> projected_from_code(int code) {
   }
   for (const GridRow& row : kGrids) {
     if (row.code != code) continue;
-    auto definition = transverse_mercator(code, row.geographic_code, row.name, row.latitude_of_origin_deg, row.central_meridian_deg,
-                                          row.scale_factor, row.false_easting * row.metres_per_unit, row.false_northing * row.metres_per_unit);
+    auto definition =
+        transverse_mercator(code, row.geographic_code, row.name, row.latitude_of_origin_deg, row.central_meridian_deg, row.scale_factor,
+                            row.false_easting * row.metres_per_unit, row.false_northing * row.metres_per_unit);
     if (definition) definition->metres_per_unit = row.metres_per_unit;
     return definition;
   }
@@ -277,27 +261,22 @@ constexpr UnitRow kLengthUnits[] = {
     {9001, 1.0},
     {9002, kFootM},
     {9003, kUsFootM},
-    {9005, 0.3047972654},                       // Clarke's foot
-    {9014, 1.8288},                             // fathom
-    {9030, 1852.0},                             // nautical mile
-    {9036, 1000.0},                             // kilometre
-    {9040, 0.9143984146160287},                 // Sears' yard
-    {9042, 20.116765121552632},                 // Sears' chain
-    {9084, 0.9143985307444408},                 // Indian yard
-    {9093, 1609.344},                           // statute mile
-    {9096, 0.9144},                             // yard
-    {9097, 20.1168},                            // chain
+    {9005, 0.3047972654},        // Clarke's foot
+    {9014, 1.8288},              // fathom
+    {9030, 1852.0},              // nautical mile
+    {9036, 1000.0},              // kilometre
+    {9040, 0.9143984146160287},  // Sears' yard
+    {9042, 20.116765121552632},  // Sears' chain
+    {9084, 0.9143985307444408},  // Indian yard
+    {9093, 1609.344},            // statute mile
+    {9096, 0.9144},              // yard
+    {9097, 20.1168},             // chain
     {1025, 0.001},
     {1033, 0.01},
 };
 constexpr UnitRow kAngleUnits[] = {
-    {9102, 1.0},
-    {9122, 1.0},
-    {9101, 180.0 / std::numbers::pi},
-    {9103, 1.0 / 60.0},
-    {9104, 1.0 / 3600.0},
-    {9105, 0.9},  // grad
-    {9106, 0.9},  // gon
+    {9102, 1.0}, {9122, 1.0}, {9101, 180.0 / std::numbers::pi}, {9103, 1.0 / 60.0}, {9104, 1.0 / 3600.0}, {9105, 0.9},  // grad
+    {9106, 0.9},                                                                                                        // gon
 };
 
 std::optional<double> unit_size(std::span<const UnitRow> rows, int code) {

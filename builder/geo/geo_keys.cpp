@@ -173,7 +173,8 @@ Result<double> metres_per_length(const Keys& keys, double fallback) {
 
 // The geographic CRS underneath: by code, or put together from datum and ellipsoid keys.
 Result<CrsDefinition> geographic_base(const Keys& keys) {
-  const bool other_meridian = keys.code(kPrimeMeridian).value_or(kGreenwich) != kGreenwich || keys.number(kPrimeMeridianLongitude).value_or(0.0) != 0.0;
+  const bool other_meridian =
+      keys.code(kPrimeMeridian).value_or(kGreenwich) != kGreenwich || keys.number(kPrimeMeridianLongitude).value_or(0.0) != 0.0;
   if (other_meridian) return refuse("longitudes count from a prime meridian other than Greenwich (GeoKeys 2051, 2061)");
 
   const int code = keys.code(kGeographicType).value_or(kUserDefined);
@@ -245,9 +246,10 @@ Result<CrsDefinition> user_defined_projection(const Keys& keys) {
   const int method = keys.code(kCoordinateTransform).value_or(0);
   const bool is_utm = projection != kUserDefined && projection > 16000 && projection <= 16160;
   if (!is_utm && method != kTransverseMercatorMethod) {
-    return refuse(projection != kUserDefined && projection != 0
-                      ? fmt::format("GeoKey 3074 names projection {}, which this program does not know (it knows transverse Mercator)", projection)
-                      : fmt::format("GeoKey 3075 names projection method {}; this program reads transverse Mercator (1)", method));
+    return refuse(
+        projection != kUserDefined && projection != 0
+            ? fmt::format("GeoKey 3074 names projection {}, which this program does not know (it knows transverse Mercator)", projection)
+            : fmt::format("GeoKey 3075 names projection method {}; this program reads transverse Mercator (1)", method));
   }
   VT_ASSIGN(CrsDefinition definition, geographic_base(keys));
   definition.projection = Projection::kTransverseMercator;
@@ -258,7 +260,8 @@ Result<CrsDefinition> user_defined_projection(const Keys& keys) {
   definition.name = !citation.empty() ? citation : projected_citation;
   if (definition.name.empty()) definition.name = definition.datum + " / transverse Mercator";
   if (is_utm) {
-    if (!set_utm_zone(projection, definition)) return refuse(fmt::format("GeoKey 3074 names projection {}, which is no UTM zone", projection));
+    if (!set_utm_zone(projection, definition))
+      return refuse(fmt::format("GeoKey 3074 names projection {}, which is no UTM zone", projection));
     return definition;
   }
   VT_ASSIGN(const double degrees, degrees_per_angle(keys));
@@ -295,11 +298,18 @@ Result<CrsDefinition> definition_from_keys(const Keys& keys) {
   const int model = keys.code(kModelType).value_or(0);
   if (model == kUserDefined && keys.text(kCitation) == kPixelCitation) return Crs().definition();
   switch (model) {
-    case kModelProjected: return projected_crs(keys);
-    case kModelGeographic: return geographic_crs(keys);
-    case kModelGeocentric: return refuse("coordinates are geocentric (GeoKey 1024 is 3)");
-    case 0: return refuse("the GeoKeys do not say whether coordinates are projected or geographic (key 1024 is missing)");
-    default: return refuse(fmt::format("GeoKey 1024 names model type {}, which is neither projected (1) nor geographic (2)", model));
+    case kModelProjected:
+      return projected_crs(keys);
+    case kModelGeographic:
+      return geographic_crs(keys);
+    case kModelGeocentric:
+      return refuse("coordinates are geocentric (GeoKey 1024 is 3)");
+    case 0:
+      // Some writers leave it at the one key that says everything.
+      if (keys.code(kProjectedType).value_or(kUserDefined) != kUserDefined) return projected_crs(keys);
+      return refuse("the GeoKeys do not say whether coordinates are projected or geographic (key 1024 is missing)");
+    default:
+      return refuse(fmt::format("GeoKey 1024 names model type {}, which is neither projected (1) nor geographic (2)", model));
   }
 }
 
@@ -347,7 +357,8 @@ void write_geographic(const CrsDefinition& d, KeyWriter& keys) {
     keys.code(kGeodeticDatum, kUserDefined);
     keys.code(kEllipsoid, kUserDefined);
     const std::string datum = cleaned(d.datum);
-    keys.text(kGeographicCitation, fmt::format("GCS Name = {}|Datum = {}|Ellipsoid = {}|Primem = Greenwich", datum, datum, cleaned(d.ellipsoid.name)));
+    keys.text(kGeographicCitation,
+              fmt::format("GCS Name = {}|Datum = {}|Ellipsoid = {}|Primem = Greenwich", datum, datum, cleaned(d.ellipsoid.name)));
     return;
   }
   keys.text(kGeographicCitation, cleaned(d.datum));

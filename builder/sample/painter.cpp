@@ -517,7 +517,7 @@ void Painter::paint(std::int64_t column, std::int64_t row, Square& out) {
                   (1.0F + 0.08F * middle + 0.06F * fine);
           break;
         case Material::kSnow:
-          color = Rgb{0.80F, 0.83F, 0.87F} * (0.97F + 0.05F * middle + 0.02F * fine);
+          color = Rgb{0.62F, 0.645F, 0.68F} * (0.97F + 0.05F * middle + 0.02F * fine);
           relief = 0.10F;
           break;
         case Material::kRock: {
@@ -526,8 +526,8 @@ void Painter::paint(std::int64_t column, std::int64_t row, Square& out) {
           const float phase = bed - static_cast<float>(floor_int(static_cast<double>(bed)));
           const float strata = phase < 0.5F ? phase : 1.0F - phase;
           color = blend({0.135F, 0.122F, 0.108F}, {0.27F, 0.25F, 0.225F}, std::clamp(0.2F + strata * 0.9F + 0.4F * middle, 0.0F, 1.0F)) *
-                  (1.0F + 0.18F * middle + 0.16F * fine);
-          relief = 0.55F;
+                  (1.0F + 0.20F * middle + 0.24F * fine);
+          relief = 0.85F;
           break;
         }
         case Material::kForest:

@@ -149,7 +149,8 @@ Ground World::ground(Position p) const {
   const Noise2 lake_shape = noise2(salt(kLakeSalt), p.x / 140.0, p.y / 140.0);
   const float width = mix(13.0F - 0.0045F * std::clamp(inland, 0.0F, 2000.0F), 88.0F + 52.0F * lake_shape.value, lake) +
                       2.5F * rocks.value + 0.8F * stones.value;
-  const float river_m = from_course - std::max(width, 2.0F);
+  // Off the coast the river narrows to nothing.
+  const float river_m = from_course - std::max(width, 2.0F) + 0.9F * std::max(0.0F, -from_sea);
   const float level = water_level(inland);
   const float valley_half = 60.0F + 260.0F * mountain + 40.0F * lake;
   const float carve = 1.0F - smoothstep(18.0F + 62.0F * smoothstep(600.0F, 900.0F, inland), 80.0F + valley_half + 60.0F * lake, river_m);

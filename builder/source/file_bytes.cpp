@@ -32,7 +32,9 @@ Result<std::size_t> FileBytes::read_some(std::uint64_t offset, std::span<std::by
   while (done < out.size() && offset + done < size_) {
     const ssize_t got = ::pread(descriptor_, out.data() + done, out.size() - done, static_cast<off_t>(offset + done));
     if (got < 0 && errno == EINTR) continue;
-    if (got < 0) return fail(ErrorCode::kIo, fmt::format("{}: reading at byte {}: {}", path_.string(), offset + done, std::generic_category().message(errno)));
+    if (got < 0)
+      return fail(ErrorCode::kIo,
+                  fmt::format("{}: reading at byte {}: {}", path_.string(), offset + done, std::generic_category().message(errno)));
     if (got == 0) break;
     done += static_cast<std::size_t>(got);
   }

@@ -25,7 +25,8 @@ class FileBytes {
   [[nodiscard]] Result<std::size_t> read_some(std::uint64_t offset, std::span<std::byte> out) const;
 
  private:
-  FileBytes(std::filesystem::path path, int descriptor, std::uint64_t size) : path_(std::move(path)), descriptor_(descriptor), size_(size) {}
+  FileBytes(std::filesystem::path path, int descriptor, std::uint64_t size)
+      : path_(std::move(path)), descriptor_(descriptor), size_(size) {}
 
   std::filesystem::path path_;
   int descriptor_;

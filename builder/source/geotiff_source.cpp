@@ -7,6 +7,7 @@
 #include <cstring>
 
 #include "builder/source/block_cache.h"
+#include "builder/source/source_common.h"
 #include "builder/source/tiff_decoder.h"
 #include "builder/source/tiff_layout.h"
 
@@ -54,10 +55,18 @@ struct PlanePicks {
       return;
     }
     switch (bytes) {
-      case 1: gather_samples<1>(in, in_stride, out, out_stride, count, picks); break;
-      case 2: gather_samples<2>(in, in_stride, out, out_stride, count, picks); break;
-      case 4: gather_samples<4>(in, in_stride, out, out_stride, count, picks); break;
-      default: gather_samples<8>(in, in_stride, out, out_stride, count, picks); break;
+      case 1:
+        gather_samples<1>(in, in_stride, out, out_stride, count, picks);
+        break;
+      case 2:
+        gather_samples<2>(in, in_stride, out, out_stride, count, picks);
+        break;
+      case 4:
+        gather_samples<4>(in, in_stride, out, out_stride, count, picks);
+        break;
+      default:
+        gather_samples<8>(in, in_stride, out, out_stride, count, picks);
+        break;
     }
   }
 };
@@ -69,8 +78,11 @@ std::vector<PlanePicks> picks_by_plane(const TiffLayout& layout, std::span<const
     const int plane = layout.planar_separate ? bands[i] : 0;
     auto found = std::ranges::find(planes, plane, &PlanePicks::plane);
     if (found == planes.end()) {
-      planes.push_back(
-          {.plane = plane, .plane_bands = layout.bands_per_plane(), .picks = {}, .out_bands = static_cast<int>(bands.size()), .bytes = sample_bytes(layout.sample_type)});
+      planes.push_back({.plane = plane,
+                        .plane_bands = layout.bands_per_plane(),
+                        .picks = {},
+                        .out_bands = static_cast<int>(bands.size()),
+                        .bytes = sample_bytes(layout.sample_type)});
       found = planes.end() - 1;
     }
     found->picks.push_back({.from = layout.planar_separate ? 0 : bands[i], .to = static_cast<int>(i)});
@@ -78,24 +90,36 @@ std::vector<PlanePicks> picks_by_plane(const TiffLayout& layout, std::span<const
   return planes;
 }
 
+// A mask may have one bit for every band; only a sample that all of them admit is covered.
 template <class T>
-void put_mask(const std::byte* in, std::int64_t count, std::byte* out, std::size_t stride) {
-  for (std::int64_t i = 0; i < count; ++i, out += stride) {
-    const T value = static_cast<T>(in[i] != std::byte{0} ? 255 : 0);
+void put_mask(const std::byte* in, int mask_bands, std::int64_t count, std::byte* out, std::size_t stride) {
+  for (std::int64_t i = 0; i < count; ++i, in += mask_bands, out += stride) {
+    const bool covered = std::none_of(in, in + mask_bands, [](std::byte bit) { return bit == std::byte{0}; });
+    const T value = static_cast<T>(covered ? 255 : 0);
     std::memcpy(out, &value, sizeof value);
   }
 }
 
-void put_mask_row(SampleType type, const std::byte* in, std::int64_t count, std::byte* out, std::size_t stride) {
+void put_mask_row(SampleType type, const std::byte* in, int mask_bands, std::int64_t count, std::byte* out, std::size_t stride) {
   switch (type) {
     case SampleType::kUint8:
-    case SampleType::kInt8: put_mask<std::uint8_t>(in, count, out, stride); break;
+    case SampleType::kInt8:
+      put_mask<std::uint8_t>(in, mask_bands, count, out, stride);
+      break;
     case SampleType::kUint16:
-    case SampleType::kInt16: put_mask<std::uint16_t>(in, count, out, stride); break;
+    case SampleType::kInt16:
+      put_mask<std::uint16_t>(in, mask_bands, count, out, stride);
+      break;
     case SampleType::kUint32:
-    case SampleType::kInt32: put_mask<std::uint32_t>(in, count, out, stride); break;
-    case SampleType::kFloat32: put_mask<float>(in, count, out, stride); break;
-    case SampleType::kFloat64: put_mask<double>(in, count, out, stride); break;
+    case SampleType::kInt32:
+      put_mask<std::uint32_t>(in, mask_bands, count, out, stride);
+      break;
+    case SampleType::kFloat32:
+      put_mask<float>(in, mask_bands, count, out, stride);
+      break;
+    case SampleType::kFloat64:
+      put_mask<double>(in, mask_bands, count, out, stride);
+      break;
   }
 }
 
@@ -106,10 +130,12 @@ class GeoTiffSource final : public RasterSource {
     info_ = std::move(info);
   }
 
-  Result<void> read(const Window& window, std::span<const int> bands, std::span<std::byte> out, std::size_t row_pitch_bytes) const override {
-    VT_CHECK(check_request(window, bands, out, row_pitch_bytes));
+  Result<void> read(const Window& window, std::span<const int> bands, std::span<std::byte> out,
+                    std::size_t row_pitch_bytes) const override {
+    VT_CHECK(check_request(info_, window, bands, out, row_pitch_bytes));
     for (const PlanePicks& plane : picks_by_plane(image_->layout(), bands)) {
-      VT_CHECK(image_->is_direct() ? read_plane_direct(plane, window, out, row_pitch_bytes) : read_plane(plane, window, out, row_pitch_bytes));
+      VT_CHECK(image_->is_direct() ? read_plane_direct(plane, window, out, row_pitch_bytes)
+                                   : read_plane(plane, window, out, row_pitch_bytes));
     }
     for (std::size_t i = 0; mask_ && i < bands.size(); ++i) {
       if (bands[i] == image_->layout().bands) VT_CHECK(read_mask(i, bands.size(), window, out, row_pitch_bytes));
@@ -118,25 +144,6 @@ class GeoTiffSource final : public RasterSource {
   }
 
  private:
-  Result<void> check_request(const Window& window, std::span<const int> bands, std::span<std::byte> out, std::size_t row_pitch_bytes) const {
-    const bool inside = window.x >= 0 && window.y >= 0 && window.width > 0 && window.height > 0 && window.width <= info_.width - window.x &&
-                        window.height <= info_.height - window.y;
-    if (!inside) {
-      return fail(ErrorCode::kUsage, fmt::format("{}: window {},{} {}x{} is not inside the raster of {}x{}", info_.path.string(), window.x, window.y,
-                                                 window.width, window.height, info_.width, info_.height));
-    }
-    for (const int band : bands) {
-      if (band < 0 || band >= info_.bands) {
-        return fail(ErrorCode::kUsage, fmt::format("{}: band {} of {}", info_.path.string(), band, info_.bands));
-      }
-    }
-    const std::size_t row_bytes = static_cast<std::size_t>(window.width) * bands.size() * sample_bytes(info_.sample_type);
-    if (row_pitch_bytes < row_bytes || out.size() < row_pitch_bytes * static_cast<std::size_t>(window.height - 1) + row_bytes) {
-      return fail(ErrorCode::kUsage, fmt::format("{}: the output buffer is too small for the window", info_.path.string()));
-    }
-    return {};
-  }
-
   std::uint64_t cell_key(const TiffDecoder& decoder, std::int64_t cell_x, std::int64_t cell_y, int plane) const {
     const std::int64_t index = (plane * decoder.cells_down() + cell_y) * decoder.layout().blocks_across + cell_x;
     return static_cast<std::uint64_t>(index) << 1 | (&decoder == mask_.get() ? 1U : 0U);
@@ -146,7 +153,8 @@ class GeoTiffSource final : public RasterSource {
     return cache_.get(cell_key(decoder, cell_x, cell_y, plane), [&] { return decoder.decode_cell(cell_x, cell_y, plane); });
   }
 
-  // Calls use(cell samples at the first wanted column, first row in the output, first column in the output, columns, row bytes of the cell, rows).
+  // Calls use(cell samples at the first wanted column, first row in the output, first column in the output, columns, row bytes of the cell,
+  // rows).
   template <class Use>
   Result<void> for_each_cell(const TiffDecoder& decoder, int plane, bool may_skip_cache, const Window& window, const Use& use) const {
     const TiffLayout& layout = decoder.layout();
@@ -181,13 +189,14 @@ class GeoTiffSource final : public RasterSource {
   Result<void> read_plane(const PlanePicks& plane, const Window& window, std::span<std::byte> out, std::size_t pitch) const {
     const std::size_t out_stride = plane.bytes * static_cast<std::size_t>(plane.out_bands);
     const bool all_bands = static_cast<int>(plane.picks.size()) == plane.plane_bands;
-    return for_each_cell(*image_, plane.plane, all_bands, window,
-                         [&](const std::byte* in, std::int64_t row, std::int64_t column, std::int64_t columns, std::int64_t rows) {
-                           for (std::int64_t r = 0; r < rows; ++r) {
-                             plane.copy_row(in + r * image_->cell_row_bytes(),
-                                            out.data() + static_cast<std::size_t>(row + r) * pitch + static_cast<std::size_t>(column) * out_stride, columns);
-                           }
-                         });
+    return for_each_cell(
+        *image_, plane.plane, all_bands, window,
+        [&](const std::byte* in, std::int64_t row, std::int64_t column, std::int64_t columns, std::int64_t rows) {
+          for (std::int64_t r = 0; r < rows; ++r) {
+            plane.copy_row(in + r * image_->cell_row_bytes(),
+                           out.data() + static_cast<std::size_t>(row + r) * pitch + static_cast<std::size_t>(column) * out_stride, columns);
+          }
+        });
   }
 
   // Uncompressed files: straight from the file, the operating system's cache is the cache.
@@ -215,7 +224,8 @@ class GeoTiffSource final : public RasterSource {
                                             .rows = rows,
                                             .column = left - block_left,
                                             .columns = columns};
-          std::byte* target = out.data() + static_cast<std::size_t>(row - window.y) * pitch + static_cast<std::size_t>(left - window.x) * out_stride;
+          std::byte* target =
+              out.data() + static_cast<std::size_t>(row - window.y) * pitch + static_cast<std::size_t>(left - window.x) * out_stride;
           const auto row_bytes = static_cast<std::size_t>(columns * in_stride);
           const std::size_t bytes = row_bytes * static_cast<std::size_t>(rows);
           if (plane.is_plain_copy() && (rows == 1 || pitch == row_bytes)) {
@@ -223,7 +233,9 @@ class GeoTiffSource final : public RasterSource {
           } else {
             buffer.resize(bytes);
             VT_CHECK(image_->read_direct(rect, buffer));
-            for (std::int64_t r = 0; r < rows; ++r) plane.copy_row(buffer.data() + static_cast<std::size_t>(r) * row_bytes, target + static_cast<std::size_t>(r) * pitch, columns);
+            for (std::int64_t r = 0; r < rows; ++r)
+              plane.copy_row(buffer.data() + static_cast<std::size_t>(r) * row_bytes, target + static_cast<std::size_t>(r) * pitch,
+                             columns);
           }
           row += rows;
         }
@@ -232,16 +244,18 @@ class GeoTiffSource final : public RasterSource {
     return {};
   }
 
-  Result<void> read_mask(std::size_t out_band, std::size_t out_bands, const Window& window, std::span<std::byte> out, std::size_t pitch) const {
+  Result<void> read_mask(std::size_t out_band, std::size_t out_bands, const Window& window, std::span<std::byte> out,
+                         std::size_t pitch) const {
     const std::size_t bytes = sample_bytes(info_.sample_type);
     const std::size_t stride = bytes * out_bands;
-    return for_each_cell(*mask_, 0, false, window,
-                         [&](const std::byte* in, std::int64_t row, std::int64_t column, std::int64_t columns, std::int64_t rows) {
-                           for (std::int64_t r = 0; r < rows; ++r) {
-                             std::byte* target = out.data() + static_cast<std::size_t>(row + r) * pitch + static_cast<std::size_t>(column) * stride + out_band * bytes;
-                             put_mask_row(info_.sample_type, in + r * mask_->cell_row_bytes(), columns, target, stride);
-                           }
-                         });
+    return for_each_cell(
+        *mask_, 0, false, window, [&](const std::byte* in, std::int64_t row, std::int64_t column, std::int64_t columns, std::int64_t rows) {
+          for (std::int64_t r = 0; r < rows; ++r) {
+            std::byte* target =
+                out.data() + static_cast<std::size_t>(row + r) * pitch + static_cast<std::size_t>(column) * stride + out_band * bytes;
+            put_mask_row(info_.sample_type, in + r * mask_->cell_row_bytes(), mask_->layout().bands, columns, target, stride);
+          }
+        });
   }
 
   std::unique_ptr<TiffDecoder> image_;
@@ -249,16 +263,19 @@ class GeoTiffSource final : public RasterSource {
   mutable BlockCache cache_;
 };
 
-// The transparency mask of the full-size image, when there is one among the later directories. Damage behind the first directory is not ours to judge.
+// The transparency mask of the full-size image, when there is one among the later directories. Damage behind the first directory is not
+// ours to judge.
 Result<std::unique_ptr<TiffDecoder>> find_mask(TiffHandle& handle, const std::shared_ptr<const FileBytes>& file, const TiffLayout& image) {
   for (int directory = 1; directory < kMaxDirectories && TIFFReadDirectory(handle.get()) == 1; ++directory) {
     std::uint32_t type = 0;
     TIFFGetField(handle.get(), TIFFTAG_SUBFILETYPE, &type);
     if ((type & FILETYPE_MASK) == 0 || (type & FILETYPE_REDUCEDIMAGE) != 0) continue;
-    VT_ASSIGN(TiffLayout layout, read_tiff_layout(handle, file->path().string() + " (mask)", false));
+    VT_ASSIGN(const TiffTags tags, TiffTags::read(file, TIFFCurrentDirOffset(handle.get())));
+    VT_ASSIGN(TiffLayout layout, read_tiff_layout(handle, tags, file->path().string() + " (mask)", false));
     if (layout.width != image.width || layout.height != image.height) continue;
-    if (layout.sample_type != SampleType::kUint8 || layout.bands != 1) {
-      return fail(ErrorCode::kUnsupported, fmt::format("{}: a transparency mask of {} bands and {} bits", file->path().string(), layout.bands, layout.bits));
+    if (layout.sample_type != SampleType::kUint8 || layout.planar_separate) {
+      return fail(ErrorCode::kUnsupported,
+                  fmt::format("{}: a transparency mask of {} bands and {} bits", file->path().string(), layout.bands, layout.bits));
     }
     layout.invert = false;
     layout.fill.reset();
@@ -272,8 +289,9 @@ Result<std::unique_ptr<TiffDecoder>> find_mask(TiffHandle& handle, const std::sh
 Result<std::unique_ptr<RasterSource>> open_geotiff(std::shared_ptr<const FileBytes> file, const OpenOptions& options) {
   const std::string name = file->path().string();
   VT_ASSIGN(auto handle, TiffHandle::open(file));
-  VT_ASSIGN(TiffLayout layout, read_tiff_layout(*handle, name, !options.palette_indices));
-  TiffPlace place = read_tiff_place(*handle);
+  VT_ASSIGN(const TiffTags tags, TiffTags::read(file, TIFFCurrentDirOffset(handle->get())));
+  VT_ASSIGN(TiffLayout layout, read_tiff_layout(*handle, tags, name, !options.palette_indices));
+  TiffPlace place = read_tiff_place(tags);
 
   RasterInfo info;
   info.path = file->path();

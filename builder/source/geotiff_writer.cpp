@@ -32,11 +32,15 @@ constexpr double kClassicLimitBytes = 4.0e9;
 constexpr std::int64_t kMaxBufferBytes = std::int64_t{1} << 30;
 
 void register_geo_tags(TIFF* tiff) {
-  static char names[][24] = {"ModelPixelScale", "ModelTiepoint", "ModelTransformation", "GeoKeyDirectory", "GeoDoubleParams", "GeoAsciiParams", "GDALNoData"};
+  static char names[][24] = {"ModelPixelScale", "ModelTiepoint",  "ModelTransformation", "GeoKeyDirectory",
+                             "GeoDoubleParams", "GeoAsciiParams", "GDALNoData"};
   static const TIFFFieldInfo kFields[] = {
-      {kModelPixelScale, -1, -1, TIFF_DOUBLE, FIELD_CUSTOM, 1, 1, names[0]},  {kModelTiepoint, -1, -1, TIFF_DOUBLE, FIELD_CUSTOM, 1, 1, names[1]},
-      {kModelTransformation, -1, -1, TIFF_DOUBLE, FIELD_CUSTOM, 1, 1, names[2]}, {kGeoKeyDirectory, -1, -1, TIFF_SHORT, FIELD_CUSTOM, 1, 1, names[3]},
-      {kGeoDoubleParams, -1, -1, TIFF_DOUBLE, FIELD_CUSTOM, 1, 1, names[4]},  {kGeoAsciiParams, -1, -1, TIFF_ASCII, FIELD_CUSTOM, 1, 0, names[5]},
+      {kModelPixelScale, -1, -1, TIFF_DOUBLE, FIELD_CUSTOM, 1, 1, names[0]},
+      {kModelTiepoint, -1, -1, TIFF_DOUBLE, FIELD_CUSTOM, 1, 1, names[1]},
+      {kModelTransformation, -1, -1, TIFF_DOUBLE, FIELD_CUSTOM, 1, 1, names[2]},
+      {kGeoKeyDirectory, -1, -1, TIFF_SHORT, FIELD_CUSTOM, 1, 1, names[3]},
+      {kGeoDoubleParams, -1, -1, TIFF_DOUBLE, FIELD_CUSTOM, 1, 1, names[4]},
+      {kGeoAsciiParams, -1, -1, TIFF_ASCII, FIELD_CUSTOM, 1, 0, names[5]},
       {kGdalNodata, -1, -1, TIFF_ASCII, FIELD_CUSTOM, 1, 0, names[6]},
   };
   TIFFMergeFieldInfo(tiff, kFields, static_cast<std::uint32_t>(std::size(kFields)));
@@ -119,7 +123,8 @@ Result<void> GeoTiffWriter::Impl::set_tags() {
             TIFFSetField(tiff, TIFFTAG_SAMPLESPERPIXEL, bands) == 1 &&
             TIFFSetField(tiff, TIFFTAG_BITSPERSAMPLE, static_cast<int>(8 * sample_bytes(spec.sample_type))) == 1 &&
             TIFFSetField(tiff, TIFFTAG_SAMPLEFORMAT,
-                         is_float(spec.sample_type) ? SAMPLEFORMAT_IEEEFP : (is_signed(spec.sample_type) ? SAMPLEFORMAT_INT : SAMPLEFORMAT_UINT)) == 1 &&
+                         is_float(spec.sample_type) ? SAMPLEFORMAT_IEEEFP
+                                                    : (is_signed(spec.sample_type) ? SAMPLEFORMAT_INT : SAMPLEFORMAT_UINT)) == 1 &&
             TIFFSetField(tiff, TIFFTAG_PLANARCONFIG, PLANARCONFIG_CONTIG) == 1 && TIFFSetField(tiff, TIFFTAG_PHOTOMETRIC, photometric) == 1;
   if (extra_count > 0) {
     std::vector<std::uint16_t> extra(static_cast<std::size_t>(extra_count), EXTRASAMPLE_UNSPECIFIED);
@@ -142,15 +147,26 @@ Result<void> GeoTiffWriter::Impl::set_compression() {
   std::uint16_t code = COMPRESSION_NONE;
   bool predicts = false;
   switch (spec.compression) {
-    case Compression::kNone: break;
-    case Compression::kDeflate: code = COMPRESSION_ADOBE_DEFLATE, predicts = true; break;
-    case Compression::kLzw: code = COMPRESSION_LZW, predicts = true; break;
-    case Compression::kZstd: code = COMPRESSION_ZSTD, predicts = true; break;
-    case Compression::kJpeg: code = COMPRESSION_JPEG; break;
+    case Compression::kNone:
+      break;
+    case Compression::kDeflate:
+      code = COMPRESSION_ADOBE_DEFLATE, predicts = true;
+      break;
+    case Compression::kLzw:
+      code = COMPRESSION_LZW, predicts = true;
+      break;
+    case Compression::kZstd:
+      code = COMPRESSION_ZSTD, predicts = true;
+      break;
+    case Compression::kJpeg:
+      code = COMPRESSION_JPEG;
+      break;
   }
-  if (TIFFIsCODECConfigured(code) == 0) return fail(ErrorCode::kUnsupported, fmt::format("{}: this libtiff has no encoder for compression {}", path.string(), code));
+  if (TIFFIsCODECConfigured(code) == 0)
+    return fail(ErrorCode::kUnsupported, fmt::format("{}: this libtiff has no encoder for compression {}", path.string(), code));
   bool ok = TIFFSetField(tiff, TIFFTAG_COMPRESSION, code) == 1;
-  if (predicts) ok = ok && TIFFSetField(tiff, TIFFTAG_PREDICTOR, is_float(spec.sample_type) ? PREDICTOR_FLOATINGPOINT : PREDICTOR_HORIZONTAL) == 1;
+  if (predicts)
+    ok = ok && TIFFSetField(tiff, TIFFTAG_PREDICTOR, is_float(spec.sample_type) ? PREDICTOR_FLOATINGPOINT : PREDICTOR_HORIZONTAL) == 1;
   if (code == COMPRESSION_JPEG && spec.bands == 3) ok = ok && TIFFSetField(tiff, TIFFTAG_JPEGCOLORMODE, JPEGCOLORMODE_RGB) == 1;
   if (!ok) return refused();
   return {};
@@ -165,14 +181,16 @@ bool GeoTiffWriter::Impl::set_place() {
       const std::array<double, 6> tie{0.0, 0.0, 0.0, t.x0, t.y0, 0.0};
       ok = ok && TIFFSetField(tiff, kModelPixelScale, 3, scale.data()) == 1 && TIFFSetField(tiff, kModelTiepoint, 6, tie.data()) == 1;
     } else {
-      const std::array<double, 16> matrix{t.x_column, t.x_row, 0.0, t.x0, t.y_column, t.y_row, 0.0, t.y0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0};
+      const std::array<double, 16> matrix{t.x_column, t.x_row, 0.0, t.x0, t.y_column, t.y_row, 0.0, t.y0,
+                                          0.0,        0.0,     0.0, 0.0,  0.0,        0.0,     0.0, 1.0};
       ok = ok && TIFFSetField(tiff, kModelTransformation, 16, matrix.data()) == 1;
     }
   }
   if (spec.crs) {
     const geo::GeoKeyTags keys = geo::geo_keys_from_crs(*spec.crs);
     ok = ok && TIFFSetField(tiff, kGeoKeyDirectory, static_cast<int>(keys.directory.size()), keys.directory.data()) == 1;
-    if (!keys.doubles.empty()) ok = ok && TIFFSetField(tiff, kGeoDoubleParams, static_cast<int>(keys.doubles.size()), keys.doubles.data()) == 1;
+    if (!keys.doubles.empty())
+      ok = ok && TIFFSetField(tiff, kGeoDoubleParams, static_cast<int>(keys.doubles.size()), keys.doubles.data()) == 1;
     if (!keys.ascii.empty()) ok = ok && TIFFSetField(tiff, kGeoAsciiParams, keys.ascii.c_str()) == 1;
   }
   if (spec.nodata) ok = ok && TIFFSetField(tiff, kGdalNodata, nodata_text(*spec.nodata).c_str()) == 1;
@@ -187,11 +205,13 @@ Result<void> GeoTiffWriter::Impl::write_tiles(std::int64_t rows) {
     const std::int64_t columns = std::min(side, spec.width - x);
     for (std::int64_t row = 0; row < side; ++row) {
       // What sticks out repeats the last row and column: JPEG then has no edge to ring at.
-      const std::byte* in = buffer.data() + static_cast<std::size_t>(std::min(row, rows - 1)) * row_bytes + static_cast<std::size_t>(x) * pixel_bytes;
+      const std::byte* in =
+          buffer.data() + static_cast<std::size_t>(std::min(row, rows - 1)) * row_bytes + static_cast<std::size_t>(x) * pixel_bytes;
       std::byte* out = tile.data() + static_cast<std::size_t>(row) * tile_row_bytes;
       std::memcpy(out, in, static_cast<std::size_t>(columns) * pixel_bytes);
       for (std::int64_t column = columns; column < side; ++column) {
-        std::memcpy(out + static_cast<std::size_t>(column) * pixel_bytes, in + static_cast<std::size_t>(columns - 1) * pixel_bytes, pixel_bytes);
+        std::memcpy(out + static_cast<std::size_t>(column) * pixel_bytes, in + static_cast<std::size_t>(columns - 1) * pixel_bytes,
+                    pixel_bytes);
       }
     }
     const std::uint32_t index = TIFFComputeTile(tiff, static_cast<std::uint32_t>(x), static_cast<std::uint32_t>(rows_written), 0, 0);
@@ -226,7 +246,8 @@ Result<GeoTiffWriter> GeoTiffWriter::create(const std::filesystem::path& path, c
     return wrong(fmt::format("a TIFF cannot be {} x {}", spec.width, spec.height));
   }
   if (spec.bands < 1 || spec.bands > 4096) return wrong(fmt::format("a TIFF cannot have {} bands", spec.bands));
-  if (spec.tile < 0 || spec.tile % 16 != 0 || spec.tile > 16384) return wrong(fmt::format("tiles are multiples of 16 up to 16384 wide, not {}", spec.tile));
+  if (spec.tile < 0 || spec.tile % 16 != 0 || spec.tile > 16384)
+    return wrong(fmt::format("tiles are multiples of 16 up to 16384 wide, not {}", spec.tile));
   if (spec.tile == 0 && spec.rows_per_strip < 1) return wrong("strips need at least one row");
   if (spec.compression == GeoTiffSpec::Compression::kJpeg &&
       (spec.sample_type != SampleType::kUint8 || (spec.bands != 1 && spec.bands != 3) || spec.last_band_is_alpha || spec.width > 65500)) {
@@ -255,8 +276,8 @@ Result<void> GeoTiffWriter::write_rows(std::span<const std::byte> samples, std::
   Impl& w = *impl_;
   const std::int64_t left = w.spec.height - w.rows_written - w.rows_buffered;
   if (rows < 0 || rows > left || samples.size() != static_cast<std::size_t>(rows) * w.row_bytes) {
-    return fail(ErrorCode::kUsage, fmt::format("{}: {} rows of {} bytes in {} bytes, {} rows are still to come", w.path.string(), rows, w.row_bytes,
-                                               samples.size(), left));
+    return fail(ErrorCode::kUsage, fmt::format("{}: {} rows of {} bytes in {} bytes, {} rows are still to come", w.path.string(), rows,
+                                               w.row_bytes, samples.size(), left));
   }
   while (rows > 0) {
     const std::int64_t take = std::min(rows, w.block_rows - w.rows_buffered);

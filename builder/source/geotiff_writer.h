@@ -1,4 +1,5 @@
-// Writes georeferenced TIFFs row by row: the inverse of the reader for what it covers. BigTIFF is chosen by itself when the data may pass 4 GB.
+// Writes georeferenced TIFFs row by row: the inverse of the reader for what it covers. BigTIFF is chosen by itself when the data may pass 4
+// GB.
 #pragma once
 
 #include <cstddef>
@@ -20,12 +21,12 @@ struct GeoTiffSpec {
   std::int64_t height = 0;
   int bands = 1;
   SampleType sample_type = SampleType::kUint8;
-  bool last_band_is_alpha = false;          // straight alpha
-  std::optional<double> nodata;             // GDAL_NODATA
+  bool last_band_is_alpha = false;             // straight alpha
+  std::optional<double> nodata;                // GDAL_NODATA
   std::optional<geo::GeoTransform> transform;  // outer-corner convention, written as PixelIsArea
   std::optional<geo::Crs> crs;
   enum class Compression { kNone, kDeflate, kLzw, kZstd, kJpeg } compression = Compression::kNone;
-  int tile = 256;                           // 0: strips of `rows_per_strip`
+  int tile = 256;  // 0: strips of `rows_per_strip`
   std::int64_t rows_per_strip = 16;
 };
 

@@ -1,11 +1,237 @@
 #include "builder/source/picture_source.h"
 
+#include <OpenImageIO/imageio.h>
 #include <fmt/format.h>
 
-namespace vt::source {
+#include <algorithm>
+#include <array>
+#include <cstring>
+#include <fstream>
+#include <mutex>
+#include <optional>
+#include <string_view>
+#include <vector>
 
-Result<std::unique_ptr<RasterSource>> open_picture(const std::filesystem::path& path, const OpenOptions&) {
-  return fail(ErrorCode::kUnsupported, fmt::format("{}: not a TIFF", path.string()));
+#include "builder/source/block_cache.h"
+#include "builder/source/source_common.h"
+
+namespace vt::source {
+namespace {
+
+constexpr std::int64_t kBandBytes = std::int64_t{2} << 20;  // of rows decoded together
+
+std::optional<SampleType> sample_type_of(const OIIO::ImageSpec& spec) {
+  if (!spec.channelformats.empty()) return SampleType::kFloat32;  // OpenEXR channels of several types
+  switch (spec.format.basetype) {
+    case OIIO::TypeDesc::UINT8:
+      return SampleType::kUint8;
+    case OIIO::TypeDesc::INT8:
+      return SampleType::kInt8;
+    case OIIO::TypeDesc::UINT16:
+      return SampleType::kUint16;
+    case OIIO::TypeDesc::INT16:
+      return SampleType::kInt16;
+    case OIIO::TypeDesc::UINT32:
+      return SampleType::kUint32;
+    case OIIO::TypeDesc::INT32:
+      return SampleType::kInt32;
+    case OIIO::TypeDesc::HALF:
+    case OIIO::TypeDesc::FLOAT:
+      return SampleType::kFloat32;
+    case OIIO::TypeDesc::DOUBLE:
+      return SampleType::kFloat64;
+    default:
+      return std::nullopt;
+  }
+}
+
+OIIO::TypeDesc oiio_type(SampleType type) {
+  switch (type) {
+    case SampleType::kUint8:
+      return OIIO::TypeDesc::UINT8;
+    case SampleType::kInt8:
+      return OIIO::TypeDesc::INT8;
+    case SampleType::kUint16:
+      return OIIO::TypeDesc::UINT16;
+    case SampleType::kInt16:
+      return OIIO::TypeDesc::INT16;
+    case SampleType::kUint32:
+      return OIIO::TypeDesc::UINT32;
+    case SampleType::kInt32:
+      return OIIO::TypeDesc::INT32;
+    case SampleType::kFloat32:
+      return OIIO::TypeDesc::FLOAT;
+    case SampleType::kFloat64:
+      return OIIO::TypeDesc::DOUBLE;
+  }
+  return OIIO::TypeDesc::UNKNOWN;
+}
+
+double full_code(SampleType type) {
+  switch (type) {
+    case SampleType::kUint8:
+      return 255.0;
+    case SampleType::kUint16:
+      return 65535.0;
+    case SampleType::kUint32:
+      return 4294967295.0;
+    default:
+      return 1.0;  // signed types and floats are known to straighten_alpha()
+  }
+}
+
+// One decoder. Most formats decode from the top only, so it matters which row comes next.
+struct Input {
+  OIIO::ImageInput::unique_ptr decoder;
+  std::int64_t next_row = 0;
+};
+
+Result<Input> open_input(const std::filesystem::path& path) {
+  OIIO::ImageSpec wish;
+  wish.attribute("oiio:UnassociatedAlpha", 1);  // codes as they are in the file
+  Input input;
+  input.decoder = OIIO::ImageInput::open(path.string(), &wish);
+  if (!input.decoder) {
+    const std::string reason = OIIO::geterror();
+    const bool unknown = reason.find("could not find a format reader") != std::string::npos;
+    return fail(unknown ? ErrorCode::kUnsupported : ErrorCode::kInvalidData,
+                fmt::format("{}: cannot read it as a picture: {}", path.string(), reason));
+  }
+  return input;
+}
+
+// OpenImageIO 2.4 forgets to swap the bytes of 16-bit samples when a PNG is interlaced: wrong values without any error.
+bool is_wide_interlaced_png(const std::filesystem::path& path) {
+  std::array<char, 29> head{};
+  std::ifstream file(path, std::ios::binary);
+  file.read(head.data(), head.size());
+  return file.gcount() == static_cast<std::streamsize>(head.size()) && std::string_view(head.data(), 4) == "\x89PNG" && head[24] == 16 &&
+         head[28] == 1;
+}
+
+class PictureSource final : public RasterSource {
+ public:
+  PictureSource(RasterInfo info, Input first, bool alpha_is_associated, std::size_t cache_bytes)
+      : alpha_is_associated_(alpha_is_associated), cache_(cache_bytes) {
+    info_ = std::move(info);
+    pixel_bytes_ = static_cast<std::size_t>(info_.bands) * sample_bytes(info_.sample_type);
+    row_bytes_ = pixel_bytes_ * static_cast<std::size_t>(info_.width);
+    idle_.push_back(std::move(first));
+  }
+
+  Result<void> read(const Window& window, std::span<const int> bands, std::span<std::byte> out,
+                    std::size_t row_pitch_bytes) const override {
+    VT_CHECK(check_request(info_, window, bands, out, row_pitch_bytes));
+    const std::size_t bytes = sample_bytes(info_.sample_type);
+    const std::int64_t bottom = window.y + window.height;
+    for (std::int64_t band = window.y / info_.block_height; band <= (bottom - 1) / info_.block_height; ++band) {
+      VT_ASSIGN(const BlockPtr rows, cache_.get(static_cast<std::uint64_t>(band), [&] { return decode(band); }));
+      const std::int64_t top = band * info_.block_height;
+      for (std::int64_t y = std::max(window.y, top); y < std::min(bottom, top + info_.block_height); ++y) {
+        const std::byte* from =
+            rows->data() + static_cast<std::size_t>(y - top) * row_bytes_ + static_cast<std::size_t>(window.x) * pixel_bytes_;
+        std::byte* to = out.data() + static_cast<std::size_t>(y - window.y) * row_pitch_bytes;
+        for (std::int64_t x = 0; x < window.width; ++x, from += pixel_bytes_) {
+          for (const int wanted : bands) {
+            std::memcpy(to, from + static_cast<std::size_t>(wanted) * bytes, bytes);
+            to += bytes;
+          }
+        }
+      }
+    }
+    return {};
+  }
+
+ private:
+  // The idle decoder that stands closest before `row`, or any, or a new one.
+  Result<Input> borrow(std::int64_t row) const {
+    {
+      const std::scoped_lock lock(mutex_);
+      if (!idle_.empty()) {
+        const auto distance = [row](const Input& input) { return input.next_row <= row ? row - input.next_row : std::int64_t{1} << 40; };
+        const auto best = std::ranges::min_element(idle_, {}, distance);
+        Input input = std::move(*best);
+        idle_.erase(best);
+        return input;
+      }
+    }
+    return open_input(info_.path);
+  }
+
+  Result<Block> decode(std::int64_t band) const {
+    const std::int64_t top = band * info_.block_height;
+    const std::int64_t rows = std::min(info_.block_height, info_.height - top);
+    VT_ASSIGN(Input input, borrow(top));
+    Block block(static_cast<std::size_t>(rows) * row_bytes_);
+    const OIIO::ImageSpec& spec = input.decoder->spec();
+    const int y_begin = spec.y + static_cast<int>(top);
+    const int y_end = y_begin + static_cast<int>(rows);
+    const OIIO::TypeDesc type = oiio_type(info_.sample_type);
+    bool ok = false;
+    try {
+      ok = info_.tiled ? input.decoder->read_tiles(0, 0, spec.x, spec.x + spec.width, y_begin, y_end, spec.z, spec.z + 1, 0, spec.nchannels,
+                                                   type, block.data())
+                       : input.decoder->read_scanlines(0, 0, y_begin, y_end, spec.z, 0, spec.nchannels, type, block.data());
+    } catch (const std::exception&) {
+      // OpenEXR throws through some readers; the message below says what matters.
+    }
+    const std::string reason = input.decoder->geterror();
+    if (!ok || !reason.empty()) {
+      return fail(ErrorCode::kCorrupt,
+                  fmt::format("{}: row {}, column 0: {}", info_.path.string(), top, reason.empty() ? "cannot be decoded" : reason));
+    }
+    input.next_row = top + rows;
+    {
+      const std::scoped_lock lock(mutex_);
+      idle_.push_back(std::move(input));
+    }
+    if (alpha_is_associated_) straighten_alpha(info_.sample_type, block, info_.bands, info_.alpha_band, full_code(info_.sample_type));
+    return block;
+  }
+
+  bool alpha_is_associated_;
+  std::size_t pixel_bytes_ = 0;
+  std::size_t row_bytes_ = 0;
+  mutable std::mutex mutex_;
+  mutable std::vector<Input> idle_;
+  mutable BlockCache cache_;
+};
+
+}  // namespace
+
+Result<std::unique_ptr<RasterSource>> open_picture(const std::filesystem::path& path, const OpenOptions& options) {
+  VT_ASSIGN(Input input, open_input(path));
+  const OIIO::ImageSpec& spec = input.decoder->spec();
+  const auto unsupported = [&](const std::string& what) {
+    return fail(ErrorCode::kUnsupported, fmt::format("{} ({}): {}", path.string(), input.decoder->format_name(), what));
+  };
+  if (is_wide_interlaced_png(path))
+    return unsupported("a 16-bit PNG that is interlaced is not decoded reliably; save it without interlacing");
+  if (spec.deep || spec.depth > 1) return unsupported("deep and volume pictures are not read");
+  if (spec.width < 1 || spec.height < 1 || spec.nchannels < 1) {
+    return fail(ErrorCode::kInvalidData,
+                fmt::format("{}: a picture of {} x {} x {}", path.string(), spec.width, spec.height, spec.nchannels));
+  }
+  const auto type = sample_type_of(spec);
+  if (!type) return unsupported(fmt::format("samples of type {}", spec.format.c_str()));
+
+  RasterInfo info;
+  info.path = path;
+  info.width = spec.width;
+  info.height = spec.height;
+  info.bands = spec.nchannels;
+  info.sample_type = *type;
+  info.alpha_band = spec.alpha_channel >= 0 && spec.alpha_channel < spec.nchannels ? spec.alpha_channel : -1;
+  info.tiled = spec.tile_width > 0 && spec.tile_height > 0;
+  info.compression = spec.get_string_attribute("compression", input.decoder->format_name());
+  const std::int64_t row_bytes = info.width * info.bands * static_cast<std::int64_t>(sample_bytes(*type));
+  info.block_width = info.width;
+  info.block_height = info.tiled ? spec.tile_height : std::clamp<std::int64_t>(kBandBytes / row_bytes, 1, info.height);
+  if (row_bytes > kMaxCellBytes / info.block_height)
+    return unsupported(fmt::format("rows of {} bytes are more than this program holds", row_bytes));
+  VT_CHECK(apply_options(options, info));
+  const bool associated = info.alpha_band >= 0 && spec.get_int_attribute("oiio:UnassociatedAlpha", 0) == 0;
+  return std::make_unique<PictureSource>(std::move(info), std::move(input), associated, options.cache_bytes);
 }
 
 }  // namespace vt::source

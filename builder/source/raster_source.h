@@ -1,5 +1,6 @@
-// Georeferenced windows of samples from raster files, in the file's own sample type. Leaves all interpretation (colour, height, resampling) to later rooms.
-// GeoTIFF goes through our own tag and GeoKey reader over libtiff; other pictures through OpenImageIO, with the extent given by the caller.
+// Georeferenced windows of samples from raster files, in the file's own sample type. Leaves all interpretation (colour, height, resampling)
+// to later rooms. GeoTIFF goes through our own tag and GeoKey reader over libtiff; other pictures through OpenImageIO, with the extent
+// given by the caller.
 #pragma once
 
 #include <cstddef>
@@ -26,16 +27,16 @@ struct RasterInfo {
   std::int64_t height = 0;
   int bands = 0;  // an internal mask directory counts as one more band, the last, 0 or 255
   SampleType sample_type = SampleType::kUint8;
-  int alpha_band = -1;             // index of the coverage band (declared alpha, or the mask); -1: none
-  std::optional<double> nodata;    // as declared by the file
-  geo::GeoTransform transform;     // meaningful when `has_transform`
+  int alpha_band = -1;           // index of the coverage band (declared alpha, or the mask); -1: none
+  std::optional<double> nodata;  // as declared by the file
+  geo::GeoTransform transform;   // meaningful when `has_transform`
   bool has_transform = false;
   std::optional<geo::Crs> crs;
-  std::string crs_problem;         // why `crs` is empty although the file tried to declare one
-  std::int64_t block_width = 0;    // of the file's tiles or strips
+  std::string crs_problem;       // why `crs` is empty although the file tried to declare one
+  std::int64_t block_width = 0;  // of the file's tiles or strips
   std::int64_t block_height = 0;
   bool tiled = false;
-  std::string compression;         // for reports: "none", "deflate", "lzw", "zstd", "jpeg", ...
+  std::string compression;  // for reports: "none", "deflate", "lzw", "zstd", "jpeg", ...
 };
 
 // A window in samples; may reach outside the raster (those samples are left untouched in the output, see read()).
@@ -51,10 +52,10 @@ class RasterSource {
   virtual ~RasterSource() = default;
   [[nodiscard]] const RasterInfo& info() const { return info_; }
 
-  // Reads `window`, which lies inside the raster, of the given bands (indices into 0..bands-1, any order) into `out`: rows top to bottom, bands
-  // interleaved per sample, native byte order, `row_pitch_bytes` from row to row (at least width * bands.size() * sample bytes).
-  // Any number of threads at once. Resident memory: a bounded number of decoded blocks, never the image, never a memory map.
-  // kCorrupt or kIo: message names file, row and column. Short or damaged files are errors, never zeros.
+  // Reads `window`, which lies inside the raster, of the given bands (indices into 0..bands-1, any order) into `out`: rows top to bottom,
+  // bands interleaved per sample, native byte order, `row_pitch_bytes` from row to row (at least width * bands.size() * sample bytes). Any
+  // number of threads at once. Resident memory: a bounded number of decoded blocks, never the image, never a memory map. kCorrupt or kIo:
+  // message names file, row and column. Short or damaged files are errors, never zeros.
   [[nodiscard]] virtual Result<void> read(const Window& window, std::span<const int> bands, std::span<std::byte> out,
                                           std::size_t row_pitch_bytes) const = 0;
 
@@ -65,13 +66,15 @@ class RasterSource {
 struct OpenOptions {
   // Replace what the file says (or supply it where the file says nothing).
   std::optional<geo::Crs> crs;
-  std::optional<Area> extent;     // outer edges in CRS units
+  std::optional<Area> extent;  // outer edges in CRS units
   std::optional<double> nodata;
-  bool palette_indices = false;   // class rasters: keep a palette's indices (1 band) instead of expanding them to RGB (with alpha where nodata is declared)
+  bool palette_indices =
+      false;  // class rasters: keep a palette's indices (1 band) instead of expanding them to RGB (with alpha where nodata is declared)
   std::size_t cache_bytes = std::size_t{32} << 20;  // decoded blocks kept by the source, all threads together
 };
 
-// Chooses by content, not by suffix. kIo missing or unreadable, kInvalidData damaged, kUnsupported a valid file of a kind we do not read (says which tag and value).
+// Chooses by content, not by suffix. kIo missing or unreadable, kInvalidData damaged, kUnsupported a valid file of a kind we do not read
+// (says which tag and value).
 [[nodiscard]] Result<std::unique_ptr<RasterSource>> open_raster(const std::filesystem::path& path, const OpenOptions& options = {});
 
 }  // namespace vt::source

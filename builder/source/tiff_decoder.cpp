@@ -8,6 +8,8 @@
 #include <cstring>
 #include <limits>
 
+#include "builder/source/source_common.h"
+
 namespace vt::source {
 namespace {
 
@@ -20,11 +22,20 @@ static_assert(std::endian::native == std::endian::little, "24-bit samples and li
 void swap_samples(int bits, std::span<std::byte> bytes) {
   std::uint8_t* data = reinterpret_cast<std::uint8_t*>(bytes.data());
   switch (bits) {
-    case 16: TIFFSwabArrayOfShort(reinterpret_cast<std::uint16_t*>(data), static_cast<tmsize_t>(bytes.size() / 2)); break;
-    case 24: TIFFSwabArrayOfTriples(data, static_cast<tmsize_t>(bytes.size() / 3)); break;
-    case 32: TIFFSwabArrayOfLong(reinterpret_cast<std::uint32_t*>(data), static_cast<tmsize_t>(bytes.size() / 4)); break;
-    case 64: TIFFSwabArrayOfLong8(reinterpret_cast<std::uint64_t*>(data), static_cast<tmsize_t>(bytes.size() / 8)); break;
-    default: break;
+    case 16:
+      TIFFSwabArrayOfShort(reinterpret_cast<std::uint16_t*>(data), static_cast<tmsize_t>(bytes.size() / 2));
+      break;
+    case 24:
+      TIFFSwabArrayOfTriples(data, static_cast<tmsize_t>(bytes.size() / 3));
+      break;
+    case 32:
+      TIFFSwabArrayOfLong(reinterpret_cast<std::uint32_t*>(data), static_cast<tmsize_t>(bytes.size() / 4));
+      break;
+    case 64:
+      TIFFSwabArrayOfLong8(reinterpret_cast<std::uint64_t*>(data), static_cast<tmsize_t>(bytes.size() / 8));
+      break;
+    default:
+      break;
   }
 }
 
@@ -39,17 +50,9 @@ T load(const std::byte* place) {
   return value;
 }
 
-// Most significant bit first, rows start at whole bytes. 24-bit samples are bytes in native order instead.
+// Most significant bit first, rows start at whole bytes, whatever the file's byte order; writers of 24-bit samples keep to that too.
 template <class T>
 void unpack_row(const std::byte* row, int bits, std::int64_t count, std::byte* out) {
-  if (bits == 24) {
-    for (std::int64_t i = 0; i < count; ++i) {
-      const std::byte* s = row + 3 * i;
-      const auto code = std::to_integer<std::uint32_t>(s[0]) | std::to_integer<std::uint32_t>(s[1]) << 8 | std::to_integer<std::uint32_t>(s[2]) << 16;
-      store(out + i * static_cast<std::int64_t>(sizeof(T)), static_cast<T>(code));
-    }
-    return;
-  }
   std::uint64_t window = 0;
   int held = 0;
   for (std::int64_t i = 0; i < count; ++i) {
@@ -68,34 +71,17 @@ float widen_float(std::uint32_t code, int exponent_bits, int mantissa_bits) {
   if (exponent == (1U << exponent_bits) - 1) {  // infinities and NaN keep their payload bits
     return std::bit_cast<float>((negative ? 0x80000000U : 0U) | 0x7F800000U | mantissa << (23 - mantissa_bits));
   }
-  const float magnitude = exponent == 0 ? std::ldexp(static_cast<float>(mantissa), 1 - bias - mantissa_bits)
-                                        : std::ldexp(static_cast<float>(mantissa | 1U << mantissa_bits), static_cast<int>(exponent) - bias - mantissa_bits);
+  const float magnitude =
+      exponent == 0 ? std::ldexp(static_cast<float>(mantissa), 1 - bias - mantissa_bits)
+                    : std::ldexp(static_cast<float>(mantissa | 1U << mantissa_bits), static_cast<int>(exponent) - bias - mantissa_bits);
   return negative ? -magnitude : magnitude;
 }
 
 template <class T>
 void invert_codes(std::span<std::byte> bytes, double max_code) {
   const T max = static_cast<T>(max_code);
-  for (std::size_t i = 0; i + sizeof(T) <= bytes.size(); i += sizeof(T)) store(bytes.data() + i, static_cast<T>(max - load<T>(bytes.data() + i)));
-}
-
-// Premultiplied to straight colour: rounded to the nearest code; without alpha there is no colour to recover.
-template <class T>
-void straighten(std::span<std::byte> bytes, int bands, int alpha_band, double max_code) {
-  const std::size_t pixel = sizeof(T) * static_cast<std::size_t>(bands);
-  for (std::size_t at = 0; at + pixel <= bytes.size(); at += pixel) {
-    const auto alpha = static_cast<double>(load<T>(bytes.data() + at + sizeof(T) * static_cast<std::size_t>(alpha_band)));
-    for (int band = 0; band < bands; ++band) {
-      if (band == alpha_band) continue;
-      std::byte* place = bytes.data() + at + sizeof(T) * static_cast<std::size_t>(band);
-      const auto value = static_cast<double>(load<T>(place));
-      if constexpr (std::is_floating_point_v<T>) {
-        if (alpha > 0.0) store(place, static_cast<T>(value / alpha));
-      } else {
-        store(place, alpha > 0.0 ? static_cast<T>(std::min(max_code, std::floor(value * max_code / alpha + 0.5))) : T{0});
-      }
-    }
-  }
+  for (std::size_t i = 0; i + sizeof(T) <= bytes.size(); i += sizeof(T))
+    store(bytes.data() + i, static_cast<T>(max - load<T>(bytes.data() + i)));
 }
 
 }  // namespace
@@ -103,7 +89,8 @@ void straighten(std::span<std::byte> bytes, int bands, int alpha_band, double ma
 TiffDecoder::TiffDecoder(std::shared_ptr<const FileBytes> file, std::uint16_t directory, TiffLayout layout)
     : file_(file), name_(file->path().string()), layout_(std::move(layout)), handles_(std::move(file), directory) {}
 
-Result<std::unique_ptr<TiffDecoder>> TiffDecoder::create(std::shared_ptr<const FileBytes> file, std::uint16_t directory, TiffLayout layout) {
+Result<std::unique_ptr<TiffDecoder>> TiffDecoder::create(std::shared_ptr<const FileBytes> file, std::uint16_t directory,
+                                                         TiffLayout layout) {
   std::unique_ptr<TiffDecoder> decoder(new TiffDecoder(std::move(file), directory, std::move(layout)));
   TiffDecoder& d = *decoder;
   const TiffLayout& l = d.layout_;
@@ -122,16 +109,19 @@ Result<std::unique_ptr<TiffDecoder>> TiffDecoder::create(std::shared_ptr<const F
     d.cells_per_block_ = (l.block_height + d.rows_per_cell_ - 1) / d.rows_per_cell_;
   }
   if (!d.direct_ && row_bytes > kMaxCellBytes / d.rows_per_cell_) {
-    return fail(ErrorCode::kUnsupported, fmt::format("{}: {} of {} x {} samples in one piece are {} MB unpacked, more than {} MB; rewrite the file with smaller tiles",
-                                                     d.name_, l.tiled ? "tiles" : "strips", l.block_width, l.block_height,
-                                                     (static_cast<double>(row_bytes) * static_cast<double>(d.rows_per_cell_)) / (1 << 20), kMaxCellBytes >> 20));
+    return fail(
+        ErrorCode::kUnsupported,
+        fmt::format("{}: {} of {} x {} samples in one piece are {} MB unpacked, more than {} MB; rewrite the file with smaller tiles",
+                    d.name_, l.tiled ? "tiles" : "strips", l.block_width, l.block_height,
+                    (static_cast<double>(row_bytes) * static_cast<double>(d.rows_per_cell_)) / (1 << 20), kMaxCellBytes >> 20));
   }
   if (!rgba) {
     // libtiff must agree on the size of a row, or its writes would not fit our buffers.
     VT_ASSIGN(auto handle, d.handles_.borrow());
     const std::uint64_t libtiff_row = l.tiled ? TIFFTileRowSize64(handle->get()) : TIFFScanlineSize64(handle->get());
     if (libtiff_row != static_cast<std::uint64_t>(d.stored_row_bytes_)) {
-      return fail(ErrorCode::kUnsupported, fmt::format("{}: rows of {} bytes by the tags, {} by the decoder (subsampled data?)", d.name_, d.stored_row_bytes_, libtiff_row));
+      return fail(ErrorCode::kUnsupported, fmt::format("{}: rows of {} bytes by the tags, {} by the decoder (subsampled data?)", d.name_,
+                                                       d.stored_row_bytes_, libtiff_row));
     }
   }
   return decoder;
@@ -171,14 +161,14 @@ Result<TiffDecoder::BlockPlace> TiffDecoder::block_place(TiffHandle& handle, std
   if (offset_missing != 0 || bytes_missing != 0) {
     return damaged(block_x, row, fmt::format("the file's tables do not tell where block {} is ({})", index, handle.error()));
   }
+  if (place.bytes == 0 && handle.saw_short_tables()) {
+    return damaged(block_x, row, fmt::format("the file's table of block sizes ends before block {}", index));
+  }
   if (place.is_sparse()) return place;
-  if (place.offset == 0 || place.bytes == 0 || place.offset > file_->size() || place.bytes > file_->size() - place.offset) {
-    // An uncompressed block may claim more than it needs; then only the rows that are read must be there.
-    const bool rows_decide = rows_are_seekable_ && place.offset != 0 && place.bytes != 0 && place.offset <= file_->size();
-    if (!rows_decide) {
-      return damaged(block_x, row, fmt::format("block {} should be {} bytes at {}, but the file has {} bytes; it is damaged or incomplete", index, place.bytes,
-                                               place.offset, file_->size()));
-    }
+  if (place.offset == 0 || place.offset > file_->size() || place.bytes > file_->size() - place.offset) {
+    return damaged(block_x, row,
+                   fmt::format("block {} should be {} bytes at {}, but the file has {} bytes; it is damaged or incomplete", index,
+                               place.bytes, place.offset, file_->size()));
   }
   return place;
 }
@@ -187,13 +177,14 @@ Result<void> TiffDecoder::read_uncompressed(const BlockPlace& place, std::int64_
                                             std::span<std::byte> out) const {
   const auto offset = static_cast<std::uint64_t>(offset_in_block);
   if (offset > place.bytes || out.size() > place.bytes - offset) {
-    return damaged(block_x, row, fmt::format("the block holds {} bytes, {} are needed; it is damaged or incomplete", place.bytes, offset + out.size()));
+    return damaged(block_x, row,
+                   fmt::format("the block holds {} bytes, {} are needed; it is damaged or incomplete", place.bytes, offset + out.size()));
   }
   VT_ASSIGN(const std::size_t got, file_->read_some(place.offset + offset, out));
   if (got != out.size()) {
     return damaged(block_x, row, fmt::format("the file ends {} bytes early; it is incomplete", out.size() - got));
   }
-  if (layout_.byte_swapped) swap_samples(layout_.bits, out);
+  if (layout_.byte_swapped && layout_.recipe != SampleRecipe::kPackedBits) swap_samples(layout_.bits, out);
   return {};
 }
 
@@ -235,7 +226,8 @@ void TiffDecoder::fill_sparse(std::span<std::byte> out) const {
     for (std::size_t i = 0; i + sizeof(T) <= out.size(); i += sizeof(T)) store(out.data() + i, code);
   };
   const auto fill_integer = [&]<class T>(T) {
-    const bool fits = value >= static_cast<double>(std::numeric_limits<T>::min()) && value <= static_cast<double>(std::numeric_limits<T>::max());
+    const bool fits =
+        value >= static_cast<double>(std::numeric_limits<T>::min()) && value <= static_cast<double>(std::numeric_limits<T>::max());
     fill_with(fits ? static_cast<T>(value) : T{0});
   };
   if (layout_.recipe != SampleRecipe::kNative || value == 0.0) {
@@ -248,20 +240,29 @@ void TiffDecoder::fill_sparse(std::span<std::byte> out) const {
     return;
   }
   switch (layout_.sample_type) {
-    case SampleType::kUint8: return fill_integer(std::uint8_t{});
-    case SampleType::kInt8: return fill_integer(std::int8_t{});
-    case SampleType::kUint16: return fill_integer(std::uint16_t{});
-    case SampleType::kInt16: return fill_integer(std::int16_t{});
-    case SampleType::kUint32: return fill_integer(std::uint32_t{});
-    case SampleType::kInt32: return fill_integer(std::int32_t{});
-    case SampleType::kFloat32: return fill_with(static_cast<float>(value));
-    case SampleType::kFloat64: return fill_with(value);
+    case SampleType::kUint8:
+      return fill_integer(std::uint8_t{});
+    case SampleType::kInt8:
+      return fill_integer(std::int8_t{});
+    case SampleType::kUint16:
+      return fill_integer(std::uint16_t{});
+    case SampleType::kInt16:
+      return fill_integer(std::int16_t{});
+    case SampleType::kUint32:
+      return fill_integer(std::uint32_t{});
+    case SampleType::kInt32:
+      return fill_integer(std::int32_t{});
+    case SampleType::kFloat32:
+      return fill_with(static_cast<float>(value));
+    case SampleType::kFloat64:
+      return fill_with(value);
   }
 }
 
 Result<void> TiffDecoder::decode_whole(TiffHandle& handle, std::uint32_t index, Block& out) const {
   const auto size = static_cast<tmsize_t>(out.size());
-  const tmsize_t got = layout_.tiled ? TIFFReadEncodedTile(handle.get(), index, out.data(), size) : TIFFReadEncodedStrip(handle.get(), index, out.data(), size);
+  const tmsize_t got = layout_.tiled ? TIFFReadEncodedTile(handle.get(), index, out.data(), size)
+                                     : TIFFReadEncodedStrip(handle.get(), index, out.data(), size);
   handle.next_scanline = -1;
   if (got == size && !handle.saw_damage()) return {};
   return fail(ErrorCode::kCorrupt, handle.error().empty() ? fmt::format("the decoder gave {} of {} bytes", got, size) : handle.error());
@@ -282,7 +283,8 @@ Result<void> TiffDecoder::decode_scanlines(TiffHandle& handle, std::int64_t firs
     } else {
       target = out.data() + (row - first) * stored_row_bytes_;
     }
-    if (TIFFReadScanline(handle.get(), target, static_cast<std::uint32_t>(row), static_cast<std::uint16_t>(plane)) != 1 || handle.saw_damage()) {
+    if (TIFFReadScanline(handle.get(), target, static_cast<std::uint32_t>(row), static_cast<std::uint16_t>(plane)) != 1 ||
+        handle.saw_damage()) {
       return fail(ErrorCode::kCorrupt, fmt::format("row {}: {}", row, handle.error()));
     }
   }
@@ -298,11 +300,13 @@ Result<void> TiffDecoder::decode_rgba(TiffHandle& handle, std::int64_t block_x, 
   std::vector<std::uint32_t> words(width * static_cast<std::size_t>(layout_.block_height));
   const auto x = static_cast<std::uint32_t>(block_x * layout_.block_width);
   const auto y = static_cast<std::uint32_t>(block_y * layout_.block_height);
-  const int ok = layout_.tiled ? TIFFReadRGBATileExt(handle.get(), x, y, words.data(), 1) : TIFFReadRGBAStripExt(handle.get(), y, words.data(), 1);
+  const int ok =
+      layout_.tiled ? TIFFReadRGBATileExt(handle.get(), x, y, words.data(), 1) : TIFFReadRGBAStripExt(handle.get(), y, words.data(), 1);
   handle.next_scanline = -1;
   if (ok != 1 || handle.saw_damage()) return fail(ErrorCode::kCorrupt, handle.error());
   for (std::size_t row = 0; row < rows; ++row) {
-    std::memcpy(out.data() + row * width * 4, words.data() + (block_rows - 1 - row) * width, width * 4);  // libtiff counts rows from the bottom
+    std::memcpy(out.data() + row * width * 4, words.data() + (block_rows - 1 - row) * width,
+                width * 4);  // libtiff counts rows from the bottom
   }
   return {};
 }
@@ -314,9 +318,8 @@ Result<Block> TiffDecoder::stored_cell(std::int64_t cell_x, std::int64_t cell_y,
   const bool by_scanline = !layout_.tiled && !rows_are_seekable_ && cells_per_block_ > 1;
   VT_ASSIGN(auto handle, handles_.borrow(by_scanline ? first : -1, plane));
   VT_ASSIGN(const BlockPlace place, block_place(*handle, cell_x, block_y, plane));
-  // Tiles decode whole, with the rows that stick out of the raster.
-  const std::int64_t decoded_rows = layout_.tiled && !rows_are_seekable_ ? layout_.block_height : rows;
-  Block stored(static_cast<std::size_t>(decoded_rows * stored_row_bytes_));
+  // Rows of a tile that stick out of the raster are not asked for: some writers leave them out.
+  Block stored(static_cast<std::size_t>(rows * stored_row_bytes_));
   if (place.is_sparse()) {
     fill_sparse(stored);
     return stored;
@@ -330,13 +333,16 @@ Result<Block> TiffDecoder::stored_cell(std::int64_t cell_x, std::int64_t cell_y,
                          : by_scanline                                ? decode_scanlines(*handle, first, rows, plane, stored)
                                                                       : decode_whole(*handle, block_index(cell_x, block_y, plane), stored);
   if (!decoded) return damaged(cell_x, first, decoded.error().message);
+  // libtiff brings 24-bit samples into native order; unpacking wants them as they are in the file.
+  if (layout_.recipe == SampleRecipe::kPackedBits && layout_.bits == 24 && layout_.byte_swapped) swap_samples(24, stored);
   return stored;
 }
 
 Block TiffDecoder::converted(Block stored, std::int64_t rows) const {
   const int stored_bands = layout_.planar_separate ? 1 : layout_.samples_per_pixel;
   const std::int64_t samples_across = layout_.block_width * stored_bands;
-  const SampleType stored_type = layout_.palette.empty() ? layout_.sample_type : (layout_.bits <= 8 ? SampleType::kUint8 : SampleType::kUint16);
+  const SampleType stored_type =
+      layout_.palette.empty() ? layout_.sample_type : (layout_.bits <= 8 ? SampleType::kUint8 : SampleType::kUint16);
   const auto stored_bytes = static_cast<std::int64_t>(sample_bytes(stored_type));
 
   Block samples;
@@ -361,9 +367,15 @@ Block TiffDecoder::converted(Block stored, std::int64_t rows) const {
         }
       } else {
         switch (stored_bytes) {
-          case 1: unpack_row<std::uint8_t>(in, layout_.bits, samples_across, out); break;
-          case 2: unpack_row<std::uint16_t>(in, layout_.bits, samples_across, out); break;
-          default: unpack_row<std::uint32_t>(in, layout_.bits, samples_across, out); break;
+          case 1:
+            unpack_row<std::uint8_t>(in, layout_.bits, samples_across, out);
+            break;
+          case 2:
+            unpack_row<std::uint16_t>(in, layout_.bits, samples_across, out);
+            break;
+          default:
+            unpack_row<std::uint32_t>(in, layout_.bits, samples_across, out);
+            break;
         }
       }
     }
@@ -371,10 +383,17 @@ Block TiffDecoder::converted(Block stored, std::int64_t rows) const {
 
   if (layout_.invert) {
     switch (layout_.sample_type) {
-      case SampleType::kUint8: invert_codes<std::uint8_t>(samples, layout_.max_code); break;
-      case SampleType::kUint16: invert_codes<std::uint16_t>(samples, layout_.max_code); break;
-      case SampleType::kUint32: invert_codes<std::uint32_t>(samples, layout_.max_code); break;
-      default: break;
+      case SampleType::kUint8:
+        invert_codes<std::uint8_t>(samples, layout_.max_code);
+        break;
+      case SampleType::kUint16:
+        invert_codes<std::uint16_t>(samples, layout_.max_code);
+        break;
+      case SampleType::kUint32:
+        invert_codes<std::uint32_t>(samples, layout_.max_code);
+        break;
+      default:
+        break;
     }
   }
   if (!layout_.palette.empty()) {
@@ -382,23 +401,15 @@ Block TiffDecoder::converted(Block stored, std::int64_t rows) const {
     const auto bands = static_cast<std::size_t>(layout_.bands);
     Block colors(count * bands);
     for (std::size_t i = 0; i < count; ++i) {
-      const std::uint32_t index = stored_bytes == 1 ? std::to_integer<std::uint32_t>(samples[i]) : load<std::uint16_t>(samples.data() + 2 * i);
+      const std::uint32_t index =
+          stored_bytes == 1 ? std::to_integer<std::uint32_t>(samples[i]) : load<std::uint16_t>(samples.data() + 2 * i);
       const std::uint32_t color = layout_.palette[index];  // as many entries as there are codes of `bits`
       std::memcpy(colors.data() + i * bands, &color, bands);
     }
     samples = std::move(colors);
   }
   if (layout_.alpha_is_associated) {
-    switch (layout_.sample_type) {
-      case SampleType::kUint8: straighten<std::uint8_t>(samples, layout_.bands, layout_.alpha_band, layout_.max_code); break;
-      case SampleType::kInt8: straighten<std::int8_t>(samples, layout_.bands, layout_.alpha_band, 127.0); break;
-      case SampleType::kUint16: straighten<std::uint16_t>(samples, layout_.bands, layout_.alpha_band, layout_.max_code); break;
-      case SampleType::kInt16: straighten<std::int16_t>(samples, layout_.bands, layout_.alpha_band, 32767.0); break;
-      case SampleType::kUint32: straighten<std::uint32_t>(samples, layout_.bands, layout_.alpha_band, layout_.max_code); break;
-      case SampleType::kInt32: straighten<std::int32_t>(samples, layout_.bands, layout_.alpha_band, 2147483647.0); break;
-      case SampleType::kFloat32: straighten<float>(samples, layout_.bands, layout_.alpha_band, 1.0); break;
-      case SampleType::kFloat64: straighten<double>(samples, layout_.bands, layout_.alpha_band, 1.0); break;
-    }
+    straighten_alpha(layout_.sample_type, samples, layout_.bands, layout_.alpha_band, layout_.max_code);
   }
   return samples;
 }

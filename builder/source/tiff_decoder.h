@@ -1,5 +1,6 @@
 // Cells of one TIFF directory as samples of ours: bits widened, palette expanded, MinIsWhite inverted, alpha made straight.
-// A cell is a tile or a strip, or some rows of one that is too large to be held at once. Any number of threads.
+// A cell is a tile or a strip, or some rows of one that is too large to be held at once: uncompressed blocks and compressed strips of any
+// size are cut, only a compressed tile can be refused for its size (kMaxCellBytes). Any number of threads.
 #pragma once
 
 #include <cstdint>
@@ -14,12 +15,10 @@
 
 namespace vt::source {
 
-// Largest decoded cell. Uncompressed blocks and compressed strips of any size are cut into rows; only a compressed tile can meet this.
-inline constexpr std::int64_t kMaxCellBytes = std::int64_t{256} << 20;
-
 class TiffDecoder {
  public:
-  [[nodiscard]] static Result<std::unique_ptr<TiffDecoder>> create(std::shared_ptr<const FileBytes> file, std::uint16_t directory, TiffLayout layout);
+  [[nodiscard]] static Result<std::unique_ptr<TiffDecoder>> create(std::shared_ptr<const FileBytes> file, std::uint16_t directory,
+                                                                   TiffLayout layout);
 
   [[nodiscard]] const TiffLayout& layout() const { return layout_; }
 
@@ -53,7 +52,7 @@ class TiffDecoder {
   struct BlockPlace {
     std::uint64_t offset = 0;
     std::uint64_t bytes = 0;
-    [[nodiscard]] bool is_sparse() const { return offset == 0 && bytes == 0; }
+    [[nodiscard]] bool is_sparse() const { return bytes == 0; }  // never written: all nodata, or 0
   };
   [[nodiscard]] Result<BlockPlace> block_place(TiffHandle& handle, std::int64_t block_x, std::int64_t block_y, int plane) const;
   [[nodiscard]] std::uint32_t block_index(std::int64_t block_x, std::int64_t block_y, int plane) const;
@@ -61,8 +60,8 @@ class TiffDecoder {
 
   // Stored bytes of a cell, native byte order.
   [[nodiscard]] Result<Block> stored_cell(std::int64_t cell_x, std::int64_t cell_y, int plane) const;
-  [[nodiscard]] Result<void> read_uncompressed(const BlockPlace& place, std::int64_t block_x, std::int64_t first_row, std::int64_t offset_in_block,
-                                               std::span<std::byte> out) const;
+  [[nodiscard]] Result<void> read_uncompressed(const BlockPlace& place, std::int64_t block_x, std::int64_t first_row,
+                                               std::int64_t offset_in_block, std::span<std::byte> out) const;
   [[nodiscard]] Result<void> decode_whole(TiffHandle& handle, std::uint32_t index, Block& out) const;
   [[nodiscard]] Result<void> decode_scanlines(TiffHandle& handle, std::int64_t first_row, std::int64_t rows, int plane, Block& out) const;
   [[nodiscard]] Result<void> decode_rgba(TiffHandle& handle, std::int64_t block_x, std::int64_t block_y, Block& out) const;

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <cstdio>
 #include <string_view>
@@ -22,7 +23,9 @@ int TiffHandle::on_warning(TIFF*, void* self, const char*, const char* format, v
   std::array<char, 512> buffer{};
   std::vsnprintf(buffer.data(), buffer.size(), format, arguments);
   const std::string_view text(buffer.data());
-  const bool damage = text.find("Corrupt JPEG data") != std::string_view::npos || text.find("Premature end of JPEG") != std::string_view::npos;
+  constexpr std::string_view kDamage[] = {"Corrupt JPEG data", "Premature end of JPEG", "Bad code word", "Premature EO"};
+  const bool damage = std::ranges::any_of(kDamage, [&](std::string_view words) { return text.find(words) != std::string_view::npos; });
+  if (text.find("Incorrect count for \"") != std::string_view::npos) handle.saw_short_tables_ = true;
   if (damage && !handle.saw_damage_) {
     handle.saw_damage_ = true;
     if (handle.error_.empty()) handle.error_ = text;
@@ -42,10 +45,17 @@ tmsize_t TiffHandle::on_read(thandle_t self, void* out, tmsize_t bytes) {
 toff_t TiffHandle::on_seek(thandle_t self, toff_t offset, int whence) {
   auto& handle = *static_cast<TiffHandle*>(self);
   switch (whence) {
-    case SEEK_SET: handle.position_ = offset; break;
-    case SEEK_CUR: handle.position_ += offset; break;
-    case SEEK_END: handle.position_ = handle.file_->size() + offset; break;
-    default: return static_cast<toff_t>(-1);
+    case SEEK_SET:
+      handle.position_ = offset;
+      break;
+    case SEEK_CUR:
+      handle.position_ += offset;
+      break;
+    case SEEK_END:
+      handle.position_ = handle.file_->size() + offset;
+      break;
+    default:
+      return static_cast<toff_t>(-1);
   }
   return handle.position_;
 }
@@ -61,12 +71,14 @@ Result<std::unique_ptr<TiffHandle>> TiffHandle::open(std::shared_ptr<const FileB
   TIFFOpenOptionsSetErrorHandlerExtR(options.get(), &TiffHandle::on_error, handle.get());
   TIFFOpenOptionsSetWarningHandlerExtR(options.get(), &TiffHandle::on_warning, handle.get());
   // m: no memory map. D, O: offsets and byte counts of blocks are read when asked for, so that opening costs the same for any file.
-  // C: a single strip stays one strip; we read parts of it ourselves.
+  // c: a single strip stays one strip; we read parts of it ourselves.
   handle->tiff_ = TIFFClientOpenExt(
-      name.c_str(), "rmDOC", handle.get(), &TiffHandle::on_read, [](thandle_t, void*, tmsize_t) -> tmsize_t { return 0; }, &TiffHandle::on_seek,
-      [](thandle_t) { return 0; }, &TiffHandle::on_size, [](thandle_t, void**, toff_t*) { return 0; }, [](thandle_t, void*, toff_t) {}, options.get());
+      name.c_str(), "rmDOc", handle.get(), &TiffHandle::on_read, [](thandle_t, void*, tmsize_t) -> tmsize_t { return 0; },
+      &TiffHandle::on_seek, [](thandle_t) { return 0; }, &TiffHandle::on_size, [](thandle_t, void**, toff_t*) { return 0; },
+      [](thandle_t, void*, toff_t) {}, options.get());
   if (handle->tiff_ == nullptr) {
-    return fail(ErrorCode::kInvalidData, fmt::format("{}: damaged TIFF: {}", name, handle->error_.empty() ? "no directory" : handle->error_));
+    return fail(ErrorCode::kInvalidData,
+                fmt::format("{}: damaged TIFF: {}", name, handle->error_.empty() ? "no directory" : handle->error_));
   }
   if (directory != 0 && TIFFSetDirectory(handle->tiff_, directory) == 0) {
     return fail(ErrorCode::kInvalidData, fmt::format("{}: damaged TIFF directory {}: {}", name, directory, handle->error_));

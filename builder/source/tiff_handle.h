@@ -1,5 +1,5 @@
-// One libtiff reader over a shared file, with its own error channel: nothing is printed, nothing is memory-mapped, no global handler is touched.
-// A handle belongs to one thread at a time; TiffHandlePool lends them out.
+// One libtiff reader over a shared file, with its own error channel: nothing is printed, nothing is memory-mapped, no global handler is
+// touched. A handle belongs to one thread at a time; TiffHandlePool lends them out.
 #pragma once
 
 #include <tiffio.h>
@@ -25,10 +25,13 @@ class TiffHandle {
 
   [[nodiscard]] TIFF* get() const { return tiff_; }
 
-  // What libtiff said since clear_messages(). A damaged JPEG stream is only a warning to libjpeg, which invents the missing samples; here it counts as an error.
+  // What libtiff said since clear_messages(). Damaged JPEG and fax streams are only warnings to their decoders,
+  // which invent the missing samples; here they count as errors.
   [[nodiscard]] const std::string& error() const { return error_; }
   [[nodiscard]] bool saw_damage() const { return saw_damage_; }
   void clear_messages();
+  // A table of block offsets or sizes had fewer entries than there are blocks; libtiff made up zeros. Never cleared.
+  [[nodiscard]] bool saw_short_tables() const { return saw_short_tables_; }
 
   // Sequential decoding of one huge strip: which row comes next without starting over. -1: none.
   std::int64_t next_scanline = -1;
@@ -47,6 +50,7 @@ class TiffHandle {
   TIFF* tiff_ = nullptr;
   std::string error_;
   bool saw_damage_ = false;
+  bool saw_short_tables_ = false;
 };
 
 // As many handles as there are threads reading at the same moment, kept for the next ones.

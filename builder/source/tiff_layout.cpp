@@ -6,85 +6,22 @@
 #include <array>
 #include <charconv>
 #include <cmath>
-#include <cstring>
 #include <limits>
 #include <string_view>
 
 namespace vt::source {
 namespace {
 
-constexpr std::uint32_t kModelPixelScale = 33550;
-constexpr std::uint32_t kModelTiepoint = 33922;
-constexpr std::uint32_t kModelTransformation = 34264;
-constexpr std::uint32_t kGeoKeyDirectory = 34735;
-constexpr std::uint32_t kGeoDoubleParams = 34736;
-constexpr std::uint32_t kGeoAsciiParams = 34737;
-constexpr std::uint32_t kGdalNodata = 42113;
+constexpr std::uint16_t kModelPixelScale = 33550;
+constexpr std::uint16_t kModelTiepoint = 33922;
+constexpr std::uint16_t kModelTransformation = 34264;
+constexpr std::uint16_t kGeoKeyDirectory = 34735;
+constexpr std::uint16_t kGeoDoubleParams = 34736;
+constexpr std::uint16_t kGeoAsciiParams = 34737;
+constexpr std::uint16_t kGdalNodata = 42113;
 
 constexpr int kMaxBands = 4096;
 constexpr std::int64_t kMaxBlocks = std::int64_t{1} << 31;
-
-// The values of a tag that libtiff has no name for, whatever its type; empty when it is absent.
-struct RawTag {
-  TIFFDataType type = TIFF_NOTYPE;
-  std::size_t count = 0;
-  const void* data = nullptr;
-};
-RawTag raw_tag(TIFF* tiff, std::uint32_t tag) {
-  const TIFFField* field = TIFFFindField(tiff, tag, TIFF_ANY);
-  if (field == nullptr) return {};
-  RawTag raw{.type = TIFFFieldDataType(field), .count = 0, .data = nullptr};
-  if (TIFFFieldPassCount(field) == 0) {
-    const char* text = nullptr;
-    if (raw.type != TIFF_ASCII || TIFFGetField(tiff, tag, &text) == 0 || text == nullptr) return {};
-    return {.type = TIFF_ASCII, .count = std::strlen(text), .data = text};
-  }
-  const void* data = nullptr;
-  if (TIFFFieldReadCount(field) == TIFF_VARIABLE2) {
-    std::uint32_t count = 0;
-    if (TIFFGetField(tiff, tag, &count, &data) == 0) return {};
-    raw.count = count;
-  } else {
-    std::uint16_t count = 0;
-    if (TIFFGetField(tiff, tag, &count, &data) == 0) return {};
-    raw.count = count;
-  }
-  if (data == nullptr) return {};
-  raw.data = data;
-  return raw;
-}
-
-template <class Stored>
-void append_numbers(const RawTag& raw, std::vector<double>& out) {
-  const auto* values = static_cast<const Stored*>(raw.data);
-  out.assign(values, values + raw.count);
-}
-
-std::vector<double> tag_numbers(TIFF* tiff, std::uint32_t tag) {
-  const RawTag raw = raw_tag(tiff, tag);
-  std::vector<double> numbers;
-  if (raw.count == 0) return numbers;
-  switch (raw.type) {
-    case TIFF_BYTE: append_numbers<std::uint8_t>(raw, numbers); break;
-    case TIFF_SHORT: append_numbers<std::uint16_t>(raw, numbers); break;
-    case TIFF_SSHORT: append_numbers<std::int16_t>(raw, numbers); break;
-    case TIFF_LONG: append_numbers<std::uint32_t>(raw, numbers); break;
-    case TIFF_SLONG: append_numbers<std::int32_t>(raw, numbers); break;
-    case TIFF_LONG8: append_numbers<std::uint64_t>(raw, numbers); break;
-    case TIFF_FLOAT: append_numbers<float>(raw, numbers); break;
-    case TIFF_DOUBLE: append_numbers<double>(raw, numbers); break;
-    default: break;  // text or rationals where numbers belong: as good as absent
-  }
-  return numbers;
-}
-
-std::string tag_text(TIFF* tiff, std::uint32_t tag) {
-  const RawTag raw = raw_tag(tiff, tag);
-  if (raw.data == nullptr || (raw.type != TIFF_ASCII && raw.type != TIFF_BYTE)) return {};
-  std::string text(static_cast<const char*>(raw.data), raw.count);
-  while (!text.empty() && text.back() == '\0') text.pop_back();
-  return text;
-}
 
 std::string_view trimmed(std::string_view text) {
   const auto is_space = [](char c) { return c == ' ' || c == '\t' || c == '\n' || c == '\r' || c == '\0'; };
@@ -120,7 +57,9 @@ double as_float32(double value) {
 
 double invert_code(const TiffLayout& layout, double code) { return layout.max_code - code; }
 
-tl::unexpected<Error> unsupported(const std::string& name, std::string what) { return fail(ErrorCode::kUnsupported, name + ": " + std::move(what)); }
+tl::unexpected<Error> unsupported(const std::string& name, std::string what) {
+  return fail(ErrorCode::kUnsupported, name + ": " + std::move(what));
+}
 
 struct SampleKind {
   SampleRecipe recipe;
@@ -152,11 +91,13 @@ Result<SampleKind> sample_kind(const std::string& name, std::uint16_t format, in
     case SAMPLEFORMAT_COMPLEXINT:
     case SAMPLEFORMAT_COMPLEXIEEEFP:
       return unsupported(name, "samples are complex numbers (SampleFormat 5 or 6); split them into real bands first");
-    default: break;
+    default:
+      break;
   }
-  return unsupported(name, fmt::format("samples of {} bits with SampleFormat {} are not read; wanted integers up to 32 bits or floating point of 16, 24, "
-                                       "32 or 64 bits",
-                                       bits, format));
+  return unsupported(
+      name, fmt::format("samples of {} bits with SampleFormat {} are not read; wanted integers up to 32 bits or floating point of 16, 24, "
+                        "32 or 64 bits",
+                        bits, format));
 }
 
 // 16-bit colour map entries hold c * 257 or c << 8; a few old writers stored c itself.
@@ -224,7 +165,8 @@ Result<void> read_color(TIFF* tiff, const std::string& name, bool expand_palette
   switch (photometric) {
     case PHOTOMETRIC_MINISBLACK:
     case PHOTOMETRIC_RGB:
-    case PHOTOMETRIC_MASK: break;
+    case PHOTOMETRIC_MASK:
+      break;
     case PHOTOMETRIC_MINISWHITE:
       layout.invert = is_unsigned;  // for signed numbers and floats the tag is a writer's slip
       break;
@@ -245,8 +187,8 @@ Result<void> read_color(TIFF* tiff, const std::string& name, bool expand_palette
     case PHOTOMETRIC_CIELAB: {
       std::array<char, 1024> reason{};
       if (layout.bits != 8 || TIFFRGBAImageOK(tiff, reason.data()) == 0) {
-        return unsupported(name, fmt::format("PhotometricInterpretation {} with {} bits: convert the picture to RGB first {}", photometric, layout.bits,
-                                             reason.data()));
+        return unsupported(name, fmt::format("PhotometricInterpretation {} with {} bits: convert the picture to RGB first {}", photometric,
+                                             layout.bits, reason.data()));
       }
       layout.recipe = SampleRecipe::kLibtiffRgba;
       layout.bands = 3;
@@ -255,16 +197,17 @@ Result<void> read_color(TIFF* tiff, const std::string& name, bool expand_palette
       layout.planar_separate = false;
       break;
     }
-    default: return unsupported(name, fmt::format("PhotometricInterpretation {}: convert the picture to RGB or grey first", photometric));
+    default:
+      return unsupported(name, fmt::format("PhotometricInterpretation {}: convert the picture to RGB or grey first", photometric));
   }
   return {};
 }
 
-std::optional<geo::GeoTransform> transform_from_tags(TIFF* tiff, bool pixel_is_point) {
+std::optional<geo::GeoTransform> transform_from_tags(const TiffTags& tags, bool pixel_is_point) {
   std::optional<geo::GeoTransform> transform;
-  const std::vector<double> scale = tag_numbers(tiff, kModelPixelScale);
-  const std::vector<double> tie = tag_numbers(tiff, kModelTiepoint);
-  const std::vector<double> matrix = tag_numbers(tiff, kModelTransformation);
+  const std::vector<double> scale = tags.numbers(kModelPixelScale);
+  const std::vector<double> tie = tags.numbers(kModelTiepoint);
+  const std::vector<double> matrix = tags.numbers(kModelTransformation);
   if (scale.size() >= 2 && scale[0] != 0.0 && scale[1] != 0.0 && tie.size() >= 6) {
     // Rows run south by definition; a negative scale is taken for a writer's slip, as GDAL does.
     const double x_step = scale[0];
@@ -272,8 +215,8 @@ std::optional<geo::GeoTransform> transform_from_tags(TIFF* tiff, bool pixel_is_p
     transform = geo::GeoTransform{
         .x0 = tie[3] - tie[0] * x_step, .x_column = x_step, .x_row = 0.0, .y0 = tie[4] - tie[1] * y_step, .y_column = 0.0, .y_row = y_step};
   } else if (matrix.size() >= 8) {
-    transform =
-        geo::GeoTransform{.x0 = matrix[3], .x_column = matrix[0], .x_row = matrix[1], .y0 = matrix[7], .y_column = matrix[4], .y_row = matrix[5]};
+    transform = geo::GeoTransform{
+        .x0 = matrix[3], .x_column = matrix[0], .x_row = matrix[1], .y0 = matrix[7], .y_column = matrix[4], .y_row = matrix[5]};
   }
   if (!transform) return std::nullopt;
   const bool finite = std::isfinite(transform->x0) && std::isfinite(transform->y0);
@@ -291,27 +234,43 @@ std::int64_t TiffLayout::rows_in_block(std::int64_t block_y) const { return std:
 
 std::string compression_name(std::uint16_t compression) {
   switch (compression) {
-    case COMPRESSION_NONE: return "none";
-    case COMPRESSION_CCITTRLE: return "ccitt rle";
-    case COMPRESSION_CCITTFAX3: return "ccitt fax 3";
-    case COMPRESSION_CCITTFAX4: return "ccitt fax 4";
-    case COMPRESSION_LZW: return "lzw";
-    case COMPRESSION_OJPEG: return "old jpeg";
-    case COMPRESSION_JPEG: return "jpeg";
+    case COMPRESSION_NONE:
+      return "none";
+    case COMPRESSION_CCITTRLE:
+      return "ccitt rle";
+    case COMPRESSION_CCITTFAX3:
+      return "ccitt fax 3";
+    case COMPRESSION_CCITTFAX4:
+      return "ccitt fax 4";
+    case COMPRESSION_LZW:
+      return "lzw";
+    case COMPRESSION_OJPEG:
+      return "old jpeg";
+    case COMPRESSION_JPEG:
+      return "jpeg";
     case COMPRESSION_ADOBE_DEFLATE:
-    case COMPRESSION_DEFLATE: return "deflate";
-    case COMPRESSION_PACKBITS: return "packbits";
-    case COMPRESSION_NEXT: return "next";
-    case COMPRESSION_THUNDERSCAN: return "thunderscan";
-    case COMPRESSION_LERC: return "lerc";
-    case COMPRESSION_LZMA: return "lzma";
-    case COMPRESSION_ZSTD: return "zstd";
-    case COMPRESSION_WEBP: return "webp";
-    default: return fmt::format("compression {}", compression);
+    case COMPRESSION_DEFLATE:
+      return "deflate";
+    case COMPRESSION_PACKBITS:
+      return "packbits";
+    case COMPRESSION_NEXT:
+      return "next";
+    case COMPRESSION_THUNDERSCAN:
+      return "thunderscan";
+    case COMPRESSION_LERC:
+      return "lerc";
+    case COMPRESSION_LZMA:
+      return "lzma";
+    case COMPRESSION_ZSTD:
+      return "zstd";
+    case COMPRESSION_WEBP:
+      return "webp";
+    default:
+      return fmt::format("compression {}", compression);
   }
 }
 
-Result<TiffLayout> read_tiff_layout(const TiffHandle& handle, const std::string& name, bool expand_palette) {
+Result<TiffLayout> read_tiff_layout(const TiffHandle& handle, const TiffTags& tags, const std::string& name, bool expand_palette) {
   TIFF* tiff = handle.get();
   TiffLayout layout;
   std::uint32_t width = 0;
@@ -322,7 +281,8 @@ Result<TiffLayout> read_tiff_layout(const TiffHandle& handle, const std::string&
   std::uint16_t planar = PLANARCONFIG_CONTIG;
   std::uint16_t orientation = ORIENTATION_TOPLEFT;
   std::uint16_t fill_order = FILLORDER_MSB2LSB;
-  if (TIFFGetField(tiff, TIFFTAG_IMAGEWIDTH, &width) == 0 || TIFFGetField(tiff, TIFFTAG_IMAGELENGTH, &height) == 0 || width == 0 || height == 0) {
+  if (TIFFGetField(tiff, TIFFTAG_IMAGEWIDTH, &width) == 0 || TIFFGetField(tiff, TIFFTAG_IMAGELENGTH, &height) == 0 || width == 0 ||
+      height == 0) {
     return fail(ErrorCode::kInvalidData, fmt::format("{}: the TIFF directory gives a size of {} x {}", name, width, height));
   }
   TIFFGetFieldDefaulted(tiff, TIFFTAG_SAMPLESPERPIXEL, &samples);
@@ -343,11 +303,13 @@ Result<TiffLayout> read_tiff_layout(const TiffHandle& handle, const std::string&
   layout.byte_swapped = TIFFIsByteSwapped(tiff) != 0;
 
   if (TIFFIsCODECConfigured(layout.compression) == 0) {
-    return unsupported(name, fmt::format("Compression (tag 259) is {}, {}: this libtiff cannot decode it; rewrite the file with deflate or zstd",
-                                         layout.compression, compression_name(layout.compression)));
+    return unsupported(name,
+                       fmt::format("Compression (tag 259) is {}, {}: this libtiff cannot decode it; rewrite the file with deflate or zstd",
+                                   layout.compression, compression_name(layout.compression)));
   }
   if (orientation != ORIENTATION_TOPLEFT) {
-    return unsupported(name, fmt::format("Orientation (tag 274) is {}: only rows from the top and columns from the left (1) are read", orientation));
+    return unsupported(
+        name, fmt::format("Orientation (tag 274) is {}: only rows from the top and columns from the left (1) are read", orientation));
   }
   if (samples == 0 || samples > kMaxBands) return unsupported(name, fmt::format("SamplesPerPixel (tag 277) is {}", samples));
   if (layout.compression == COMPRESSION_JPEG && bits != 8) return unsupported(name, fmt::format("JPEG with {} bits a sample", bits));
@@ -356,7 +318,7 @@ Result<TiffLayout> read_tiff_layout(const TiffHandle& handle, const std::string&
   layout.sample_type = kind.type;
   layout.max_code = bits >= 32 ? 4294967295.0 : static_cast<double>((std::uint64_t{1} << bits) - 1);
 
-  layout.nodata = parse_nodata(tag_text(tiff, kGdalNodata));
+  layout.nodata = parse_nodata(tags.text(kGdalNodata));
   if (layout.nodata && layout.sample_type == SampleType::kFloat32) layout.nodata = as_float32(*layout.nodata);
   layout.fill = layout.nodata;
   read_alpha(tiff, layout);
@@ -369,17 +331,16 @@ Result<TiffLayout> read_tiff_layout(const TiffHandle& handle, const std::string&
   return layout;
 }
 
-TiffPlace read_tiff_place(const TiffHandle& handle) {
-  TIFF* tiff = handle.get();
-  geo::GeoKeyTags tags;
-  for (const double value : tag_numbers(tiff, kGeoKeyDirectory)) {
-    tags.directory.push_back(value >= 0.0 && value <= 65535.0 ? static_cast<std::uint16_t>(value) : std::uint16_t{0});
+TiffPlace read_tiff_place(const TiffTags& tags) {
+  geo::GeoKeyTags keys;
+  for (const double value : tags.numbers(kGeoKeyDirectory)) {
+    keys.directory.push_back(value >= 0.0 && value <= 65535.0 ? static_cast<std::uint16_t>(value) : std::uint16_t{0});
   }
-  tags.doubles = tag_numbers(tiff, kGeoDoubleParams);
-  tags.ascii = tag_text(tiff, kGeoAsciiParams);
+  keys.doubles = tags.numbers(kGeoDoubleParams);
+  keys.ascii = tags.text(kGeoAsciiParams);
   TiffPlace place;
-  place.keys = geo::crs_from_geo_keys(tags);
-  place.transform = transform_from_tags(tiff, place.keys.pixel_is_point);
+  place.keys = geo::crs_from_geo_keys(keys);
+  place.transform = transform_from_tags(tags, place.keys.pixel_is_point);
   return place;
 }
 

@@ -10,6 +10,7 @@
 #include "builder/geo/geo_transform.h"
 #include "builder/source/raster_source.h"
 #include "builder/source/tiff_handle.h"
+#include "builder/source/tiff_tags.h"
 #include "store/result.h"
 
 namespace vt::source {
@@ -42,10 +43,10 @@ struct TiffLayout {
   // Our side.
   SampleRecipe recipe = SampleRecipe::kNative;
   SampleType sample_type = SampleType::kUint8;
-  int bands = 1;            // after palette expansion and conversion to RGB
+  int bands = 1;  // after palette expansion and conversion to RGB
   int alpha_band = -1;
   bool alpha_is_associated = false;
-  bool invert = false;      // MinIsWhite: value becomes max_code - value
+  bool invert = false;  // MinIsWhite: value becomes max_code - value
   double max_code = 0.0;
   std::vector<std::uint32_t> palette;  // R | G << 8 | B << 16 | A << 24; empty: no expansion
   std::optional<double> nodata;        // in our samples
@@ -64,7 +65,8 @@ struct TiffPlace {
 [[nodiscard]] std::string compression_name(std::uint16_t compression);
 
 // kUnsupported names the tag and the value that we do not read. `expand_palette` off keeps the indices.
-[[nodiscard]] Result<TiffLayout> read_tiff_layout(const TiffHandle& handle, const std::string& name, bool expand_palette);
-[[nodiscard]] TiffPlace read_tiff_place(const TiffHandle& handle);
+[[nodiscard]] Result<TiffLayout> read_tiff_layout(const TiffHandle& handle, const TiffTags& tags, const std::string& name,
+                                                  bool expand_palette);
+[[nodiscard]] TiffPlace read_tiff_place(const TiffTags& tags);
 
 }  // namespace vt::source

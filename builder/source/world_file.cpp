@@ -43,7 +43,8 @@ Result<std::optional<geo::GeoTransform>> read_world_file(const std::filesystem::
       const char* begin = word.data() + (word.starts_with('+') ? 1 : 0);
       const auto [end, status] = std::from_chars(begin, word.data() + word.size(), number);
       if (word.empty() || status != std::errc{} || end != word.data() + word.size() || !std::isfinite(number)) {
-        return fail(ErrorCode::kInvalidData, fmt::format("{}: a world file holds six numbers; found \"{}\"", path.string(), word.substr(0, 40)));
+        return fail(ErrorCode::kInvalidData,
+                    fmt::format("{}: a world file holds six numbers; found \"{}\"", path.string(), word.substr(0, 40)));
       }
     }
     // The file counts from the centre of the first sample: x step, y per column, x per row, y step, centre x, centre y.

@@ -285,7 +285,7 @@ TEST(Crash, AKilledWriterNeverLosesACommitNorShowsHalfOfOne) {
     if (child == 0) {
       close(pipe_ends[0]);
       // A kill does not lose what the kernel was told, so most rounds need no slow syncs; a few keep them.
-      auto writer = StoreWriter::open(path, {.sync = kill_number % 16 == 0});
+      auto writer = StoreWriter::open(path, {.sync = kill_number % 48 == 0});
       if (!writer) _exit(3);
       for (std::uint64_t version = writer->generation() + 1;; ++version) {
         if (!commit_version(*writer, LayerId{0}, version)) _exit(4);
@@ -293,7 +293,7 @@ TEST(Crash, AKilledWriterNeverLosesACommitNorShowsHalfOfOne) {
       }
     }
     close(pipe_ends[1]);
-    std::this_thread::sleep_for(std::chrono::microseconds(random() % 3000));
+    std::this_thread::sleep_for(std::chrono::microseconds(random() % 2000));
     kill(child, SIGKILL);
     int status = 0;
     ASSERT_EQ(waitpid(child, &status, 0), child);

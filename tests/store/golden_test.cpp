@@ -63,8 +63,8 @@ Bytes rich_store() {
     succeed(writer.put(id, tile, encoded(truth[{layer.name, tile}], compression)));
   };
   int number = 0;
-  for (const TexelFormat format : {TexelFormat::kRgb8, TexelFormat::kRgba8, TexelFormat::kBc1, TexelFormat::kR32Float, TexelFormat::kRg32Float,
-                                   TexelFormat::kRgba32Float}) {
+  for (const TexelFormat format : {TexelFormat::kRgb8, TexelFormat::kRgba8, TexelFormat::kBc1, TexelFormat::kR32Float,
+                                   TexelFormat::kRg32Float, TexelFormat::kRgba32Float}) {
     const LayerInfo layer = small_layer(std::string(format_info(format).name), format, 3, 1);
     const LayerId id = value_of(writer.add_layer(layer));
     put(layer, id, tile_at(0, 0, 0), {});
@@ -101,7 +101,9 @@ std::uint64_t catalog_payload(const Bytes& store) {
   return superblock->catalog.offset + kRecordHeaderBytes;
 }
 Reference root_of(const Bytes& store, std::size_t layer, std::size_t level) {
-  return decode_catalog(std::span(store).subspan(catalog_payload(store)).first(choose_superblock(std::span(store).first(kLogStart), store.size())->catalog.stored_bytes),
+  return decode_catalog(std::span(store)
+                            .subspan(catalog_payload(store))
+                            .first(choose_superblock(std::span(store).first(kLogStart), store.size())->catalog.stored_bytes),
                         store.size())
       ->layers[layer]
       .roots[level];
@@ -248,34 +250,93 @@ std::string dump(const Bytes& store) {
   };
   const auto superblock = [&](const std::string& title, std::uint64_t start) {
     section(title, start,
-            {{8, "magic \"VTSTORE1\""}, {4, "version 1"}, {4, "reserved"}, {16, "UUID"}, {8, "generation"}, {8, "file end"},
-             {16, "reference to the catalog"}, {64, "ignorable"}, {3960, "reserved"}, {8, "hash of the 4088 bytes before"}});
+            {{8, "magic \"VTSTORE1\""},
+             {4, "version 1"},
+             {4, "reserved"},
+             {16, "UUID"},
+             {8, "generation"},
+             {8, "file end"},
+             {16, "reference to the catalog"},
+             {64, "ignorable"},
+             {3960, "reserved"},
+             {8, "hash of the 4088 bytes before"}});
   };
   const auto header = [](const std::string& type) {
-    return std::vector<std::pair<std::size_t, std::string>>{{8, "hash of all that follows, padding excluded"}, {4, "magic \"VTRC\""}, {1, "type: " + type},
-                                                            {1, "codec: raw"}, {2, "reserved"}, {4, "raw bytes"}, {4, "stored bytes"}, {8, "key"}};
+    return std::vector<std::pair<std::size_t, std::string>>{{8, "hash of all that follows, padding excluded"},
+                                                            {4, "magic \"VTRC\""},
+                                                            {1, "type: " + type},
+                                                            {1, "codec: raw"},
+                                                            {2, "reserved"},
+                                                            {4, "raw bytes"},
+                                                            {4, "stored bytes"},
+                                                            {8, "key"}};
   };
-  const auto record = [&](const std::string& title, const Reference& reference, const std::string& type, std::vector<std::pair<std::size_t, std::string>> payload) {
+  const auto record = [&](const std::string& title, const Reference& reference, const std::string& type,
+                          std::vector<std::pair<std::size_t, std::string>> payload) {
     auto parts = header(type);
     parts.insert(parts.end(), payload.begin(), payload.end());
-    if (const std::size_t pad = reference.record_bytes() - kRecordHeaderBytes - reference.stored_bytes; pad > 0) parts.emplace_back(pad, "padding");
+    if (const std::size_t pad = reference.record_bytes() - kRecordHeaderBytes - reference.stored_bytes; pad > 0)
+      parts.emplace_back(pad, "padding");
     section(title, reference.offset, parts);
   };
   superblock("superblock A: generation 2, the newest", 0);
   superblock("superblock B: generation 1, as the store was created", kSuperblockBytes);
   record("catalog of generation 0 and 1: no layers (garbage by now)", get_reference(store, kSuperblockBytes + 48), "catalog",
-         {{4, "layers: 0"}, {4, "metadata bytes: 2"}, {8, "west 0.0"}, {8, "south 0.0"}, {8, "east 1.0"}, {8, "north 1.0"}, {8, "reserved"}, {2, "metadata \"{}\""}});
+         {{4, "layers: 0"},
+          {4, "metadata bytes: 2"},
+          {8, "west 0.0"},
+          {8, "south 0.0"},
+          {8, "east 1.0"},
+          {8, "north 1.0"},
+          {8, "reserved"},
+          {2, "metadata \"{}\""}});
   record("tile: layer 0, level 0, column 0, row 0", tile, "tile", {{48, "4 x 4 texels of 3 bytes: 00 01 02 ... 2f"}});
   record("index page: the root, and only leaf, of layer 0, level 0", page, "page",
-         {{2, "entries: 1"}, {1, "height: 0, a leaf"}, {13, "reserved"}, {128, "presence: slot 0 only"}, {2, "rank of word 0: 0"}, {30, "ranks of words 1 to 15: 1 each"},
+         {{2, "entries: 1"},
+          {1, "height: 0, a leaf"},
+          {13, "reserved"},
+          {128, "presence: slot 0 only"},
+          {2, "rank of word 0: 0"},
+          {30, "ranks of words 1 to 15: 1 each"},
           {16, "entry: reference to the tile"}});
   record("catalog of generation 2", b.catalog, "catalog",
-         {{4, "layers: 1"}, {4, "metadata bytes: 2"}, {8, "west 0.0"}, {8, "south 0.0"}, {8, "east 1.0"}, {8, "north 1.0"}, {8, "reserved"},
-          {2, "layer id: 0"}, {2, "channel type: color"}, {2, "texel format: rgb8"}, {1, "transfer: sRGB"}, {1, "role: texture"}, {1, "state: complete"},
-          {1, "tile exponent: 2"}, {1, "finest level: 0"}, {1, "name bytes: 5"}, {2, "owner: none"}, {1, "reserved"}, {1, "ignorable"}, {4, "metadata bytes: 0"},
-          {4, "reserved"}, {8, "data x: 0"}, {8, "data y: 0"}, {8, "data width: 4"}, {8, "data height: 4"}, {8, "origin x 0.0"}, {8, "origin y 1.0"},
-          {8, "step x 0.25"}, {8, "step y 0.25"}, {8, "source nodata: NaN"}, {8, "tiles: 1"}, {8, "constant tiles: 0"}, {8, "stored bytes: 128"}, {8, "reserved"},
-          {16, "root of level 0: reference to the page"}, {2, "metadata \"{}\""}, {5, "name \"color\""}});
+         {{4, "layers: 1"},
+          {4, "metadata bytes: 2"},
+          {8, "west 0.0"},
+          {8, "south 0.0"},
+          {8, "east 1.0"},
+          {8, "north 1.0"},
+          {8, "reserved"},
+          {2, "layer id: 0"},
+          {2, "channel type: color"},
+          {2, "texel format: rgb8"},
+          {1, "transfer: sRGB"},
+          {1, "role: texture"},
+          {1, "state: complete"},
+          {1, "tile exponent: 2"},
+          {1, "finest level: 0"},
+          {1, "name bytes: 5"},
+          {2, "owner: none"},
+          {1, "reserved"},
+          {1, "ignorable"},
+          {4, "metadata bytes: 0"},
+          {4, "reserved"},
+          {8, "data x: 0"},
+          {8, "data y: 0"},
+          {8, "data width: 4"},
+          {8, "data height: 4"},
+          {8, "origin x 0.0"},
+          {8, "origin y 1.0"},
+          {8, "step x 0.25"},
+          {8, "step y 0.25"},
+          {8, "source nodata: NaN"},
+          {8, "tiles: 1"},
+          {8, "constant tiles: 0"},
+          {8, "stored bytes: 128"},
+          {8, "reserved"},
+          {16, "root of level 0: reference to the page"},
+          {2, "metadata \"{}\""},
+          {5, "name \"color\""}});
   text += "\n" + std::to_string(store.size()) + " bytes in all\n";
   EXPECT_EQ(catalog + b.catalog.record_bytes(), store.size());
   return text;
@@ -304,7 +365,8 @@ TEST(Golden, TheDocumentShowsTheSmallestStore) {
 TEST(Golden, TheDocumentListsEveryFindingNumber) {
   const Bytes raw = read_file(kSource / "schemas/tile-store.md");
   const std::string document(reinterpret_cast<const char*>(raw.data()), raw.size());
-  for (const int number : {101, 102, 103, 104, 105, 106, 107, 108, 109, 199, 201, 202, 203, 204, 205, 301, 302, 303, 304, 401, 402, 403, 404, 501, 502, 503})
+  for (const int number :
+       {101, 102, 103, 104, 105, 106, 107, 108, 109, 199, 201, 202, 203, 204, 205, 301, 302, 303, 304, 401, 402, 403, 404, 501, 502, 503})
     EXPECT_THAT(document, testing::HasSubstr("| " + std::to_string(number) + " |"));
 }
 

@@ -1,0 +1,27 @@
+// What every kind of source does alike. Private to this room.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+#include "builder/source/raster_source.h"
+#include "store/result.h"
+
+namespace vt::source {
+
+// Largest decoded piece that any source holds at once.
+inline constexpr std::int64_t kMaxCellBytes = std::int64_t{256} << 20;
+
+// Extent, CRS and nodata as the caller or a world file give them.
+[[nodiscard]] Result<void> apply_options(const OpenOptions& options, RasterInfo& info);
+
+// kUsage when the arguments of RasterSource::read() do not fit the raster or the buffer.
+[[nodiscard]] Result<void> check_request(const RasterInfo& info, const Window& window, std::span<const int> bands,
+                                         std::span<const std::byte> out, std::size_t row_pitch_bytes);
+
+// Premultiplied colours to straight ones, in place: interleaved samples of `bands` bands. Rounded to the nearest code; without alpha there
+// is no colour to recover and integers become 0. `max_code` is full coverage; 1 for floating point.
+void straighten_alpha(SampleType type, std::span<std::byte> samples, int bands, int alpha_band, double max_code);
+
+}  // namespace vt::source

@@ -1,0 +1,124 @@
+#include "builder/geo/geo_keys.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+namespace vt::geo {
+namespace {
+
+void expect_same(const CrsDefinition& a, const CrsDefinition& b) {
+  EXPECT_EQ(a.projection, b.projection);
+  EXPECT_EQ(a.name, b.name);
+  EXPECT_EQ(a.epsg, b.epsg);
+  EXPECT_EQ(a.datum, b.datum);
+  EXPECT_EQ(a.datum_epsg, b.datum_epsg);
+  EXPECT_EQ(a.ellipsoid.name, b.ellipsoid.name);
+  EXPECT_EQ(a.ellipsoid.semi_major_m, b.ellipsoid.semi_major_m);
+  EXPECT_EQ(a.ellipsoid.inverse_flattening, b.ellipsoid.inverse_flattening);
+  EXPECT_EQ(a.latitude_of_origin_deg, b.latitude_of_origin_deg);
+  EXPECT_EQ(a.central_meridian_deg, b.central_meridian_deg);
+  EXPECT_EQ(a.scale_factor, b.scale_factor);
+  EXPECT_NEAR(a.false_easting_m, b.false_easting_m, 1e-9 * std::abs(a.false_easting_m));  // through the grid's unit and back
+  EXPECT_NEAR(a.false_northing_m, b.false_northing_m, 1e-9 * std::abs(a.false_northing_m));
+  EXPECT_EQ(a.metres_per_unit, b.metres_per_unit);
+}
+
+CrsDefinition local_grid() {
+  CrsDefinition d;
+  d.projection = Projection::kTransverseMercator;
+  d.name = "Test range";
+  d.datum = "Range datum";
+  d.ellipsoid = {.name = "Range ellipsoid", .semi_major_m = 6378000.5, .inverse_flattening = 298.5};
+  d.latitude_of_origin_deg = 47.123456789;
+  d.central_meridian_deg = 11.987654321;
+  d.scale_factor = 1.000023;
+  d.false_easting_m = 1000.25;
+  d.false_northing_m = -2000.5;
+  return d;
+}
+
+TEST(GeoKeys, EveryKindOfCrsReadsBackAsWritten) {
+  std::vector<Crs> systems = {Crs(), Crs(local_grid())};
+  for (const int code : {4326, 4269, 4267, 4674, 32633, 32733, 31985, 2193, 3857, 26771, 31467, 6328})
+    systems.push_back(Crs::from_epsg(code).value());
+  CrsDefinition feet = local_grid();
+  feet.metres_per_unit = 0.3048;
+  systems.emplace_back(feet);
+  CrsDefinition odd_unit = local_grid();
+  odd_unit.metres_per_unit = 2.5;
+  systems.emplace_back(odd_unit);
+  CrsDefinition sphere = local_grid();
+  sphere.ellipsoid = {.name = "Ball", .semi_major_m = 6371000.0, .inverse_flattening = 0.0};
+  systems.emplace_back(sphere);
+  CrsDefinition geographic;
+  geographic.projection = Projection::kGeographic;
+  geographic.name = geographic.datum = "Range datum";
+  geographic.ellipsoid = local_grid().ellipsoid;
+  systems.emplace_back(geographic);
+  for (const Crs& system : systems) {
+    SCOPED_TRACE(system.text());
+    const GeoKeyMeaning meaning = crs_from_geo_keys(geo_keys_from_crs(system));
+    ASSERT_TRUE(meaning.crs.has_value()) << meaning.problem;
+    expect_same(system.definition(), meaning.crs->definition());
+    EXPECT_TRUE(system.same_coordinates(*meaning.crs));
+    EXPECT_FALSE(meaning.pixel_is_point);
+  }
+}
+
+TEST(GeoKeys, NoKeysAreNoProblemAndNoCrs) {
+  const GeoKeyMeaning meaning = crs_from_geo_keys({});
+  EXPECT_FALSE(meaning.crs.has_value());
+  EXPECT_TRUE(meaning.problem.empty());
+}
+
+TEST(GeoKeys, WhatIsNotReadIsNamedWithItsRemedy) {
+  GeoKeyTags tags;
+  tags.directory = {1, 1, 0, 2, 1024, 0, 1, 1, 3072, 0, 1, 2056};
+  const GeoKeyMeaning swiss = crs_from_geo_keys(tags);
+  EXPECT_FALSE(swiss.crs.has_value());
+  EXPECT_NE(swiss.problem.find("EPSG:2056"), std::string::npos);
+  EXPECT_NE(swiss.problem.find("--crs EPSG:nnnn"), std::string::npos);
+  tags.directory = {1, 1, 0, 3, 1024, 0, 1, 2, 2048, 0, 1, 4326, 2051, 0, 1, 8903};
+  EXPECT_NE(crs_from_geo_keys(tags).problem.find("Greenwich"), std::string::npos);
+}
+
+TEST(GeoKeys, DamagedDirectoriesNeitherCrashNorLie) {
+  const GeoKeyTags good = geo_keys_from_crs(Crs(local_grid()));
+  // Every prefix of every tag, each in a buffer of its own.
+  for (std::size_t length = 0; length < good.directory.size(); ++length) {
+    GeoKeyTags cut = good;
+    cut.directory.resize(length);
+    cut.directory.shrink_to_fit();
+    static_cast<void>(crs_from_geo_keys(cut));
+  }
+  for (std::size_t length = 0; length < good.doubles.size(); ++length) {
+    GeoKeyTags cut = good;
+    cut.doubles.resize(length);
+    cut.doubles.shrink_to_fit();
+    const GeoKeyMeaning meaning = crs_from_geo_keys(cut);
+    EXPECT_TRUE(!meaning.crs ||
+                meaning.crs->definition().scale_factor != good.doubles.back());  // the last one is gone, not read from beyond
+  }
+  for (std::size_t length = 0; length < good.ascii.size(); ++length) {
+    GeoKeyTags cut = good;
+    cut.ascii.resize(length);
+    cut.ascii.shrink_to_fit();
+    static_cast<void>(crs_from_geo_keys(cut));
+  }
+  std::mt19937 random(7);
+  for (int i = 0; i < 20000; ++i) {
+    GeoKeyTags flipped = good;
+    for (int flips = 0; flips < 3; ++flips)
+      flipped.directory[random() % flipped.directory.size()] ^= static_cast<std::uint16_t>(1U << random() % 16);
+    const GeoKeyMeaning meaning = crs_from_geo_keys(flipped);
+    if (meaning.crs && meaning.crs->definition().projection != Projection::kPixel) {
+      static_cast<void>(meaning.crs->lonlat_from_crs({.x = 1000.0, .y = 2000.0}));
+      static_cast<void>(meaning.crs->metres_per_unit_at({.x = 1000.0, .y = 2000.0}));
+    }
+  }
+}
+
+}  // namespace
+}  // namespace vt::geo
