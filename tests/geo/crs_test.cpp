@@ -166,7 +166,7 @@ TEST(Crs, EveryListedFamilyHasTheRightMeridianAndDatum) {
         Row{6328, 171, false, 6318},   Row{3706, 171, false, 4759},   Row{3726, -69, false, 4759},  Row{2958, -81, false, 4617},
         Row{6329, 177, false, 6318},   Row{6330, -177, false, 6318},  Row{6348, -69, false, 6318},  Row{28355, 147, true, 4283},
         Row{7855, 147, true, 7844},    Row{3100, 141, false, 4612},   Row{23032, 9, false, 4230}}) {
-    const CrsDefinition& d = crs(row.code).definition();
+    const CrsDefinition d = crs(row.code).definition();
     EXPECT_EQ(d.central_meridian_deg, row.meridian) << row.code;
     EXPECT_EQ(d.false_northing_m, row.south ? 1e7 : 0.0) << row.code;
     EXPECT_EQ(d.scale_factor, 0.9996) << row.code;
