@@ -11,7 +11,7 @@ if(TARGET vt_egl)
 
   vt_program(vtrender
     SOURCES vtrender.cpp vtrender_scene.cpp vtrender_png.cpp
-    LINKS vt_runtime vt_egl vt_cli nlohmann_json::nlohmann_json CLI11::CLI11 fmt::fmt OpenImageIO::OpenImageIO)
+    LINKS vt_runtime vt_geo vt_egl vt_cli nlohmann_json::nlohmann_json CLI11::CLI11 fmt::fmt OpenImageIO::OpenImageIO)
 else()
   message(STATUS "EGL was not found: vtrender is not built")
 endif()

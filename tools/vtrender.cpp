@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 #include <thread>
 
+#include "builder/geo/crs.h"
 #include "runtime/virtual_texture.h"
 #include "store/store_reader.h"
 #include "tools/cli_support.h"
@@ -89,10 +90,16 @@ Result<Camera> parse_camera(const std::string& text) {
   return c;
 }
 
-// Ground metres along u and v.
-Point2 ground_metres(const store::StoreDescription& description) {
-  const Area& area = description.area;
-  return {area.east - area.west, area.north - area.south};
+// Ground metres along u and v, at the middle of the area. A store without a place on the Earth counts in metres.
+Result<Point2> ground_metres(const store::StoreReader& reader) {
+  const Area& area = reader.description().area;
+  const Point2 units{area.east - area.west, area.north - area.south};
+  const nlohmann::json metadata = nlohmann::json::parse(reader.description().metadata_json, nullptr, false);
+  if (!metadata.is_object() || !metadata.contains("crs")) return units;
+  VT_ASSIGN(const geo::Crs crs, geo::Crs::from_json(metadata["crs"]));
+  if (crs.definition().projection == geo::Projection::kPixel) return units;
+  VT_ASSIGN(const Point2 metres, crs.metres_per_unit_at({(area.west + area.east) / 2.0, (area.south + area.north) / 2.0}));
+  return Point2{units.x * metres.x, units.y * metres.y};
 }
 
 Result<std::optional<runtime::HeightField>> read_heights(const store::StoreReader& reader, const std::string& name) {
@@ -238,8 +245,8 @@ Result<int> run(const Flags& flags) {
   VT_ASSIGN(runtime::VirtualTexture texture, runtime::VirtualTexture::open(reader, options));
 
   const int patch_texels = options.layout.tiles_per_side > 1 ? 1 << options.layout.tile_exponent : 1 << (options.layout.tile_exponent - 1);
-  Terrain terrain(texture.layer(), texture.mapping(), ground_metres(reader->description()), std::move(heights), flags.exaggerate,
-                  std::min(patch_texels, 256));
+  VT_ASSIGN(const Point2 metres, ground_metres(*reader));
+  Terrain terrain(texture.layer(), texture.mapping(), metres, std::move(heights), flags.exaggerate, std::min(patch_texels, 256));
   Camera camera = terrain.default_camera(static_cast<double>(width) / height);
   if (!flags.camera.empty()) {
     VT_ASSIGN(camera, parse_camera(flags.camera));
@@ -267,17 +274,23 @@ Result<int> run(const Flags& flags) {
   const double settle_ms = milliseconds_since(start);
   if (const std::string problem = texture.last_error(); !problem.empty()) return fail(ErrorCode::kCorrupt, problem);
 
+  // The first draws make the driver compile; they are not what --frames is about.
+  for (int warm = 0; warm < 3; ++warm) {
+    const View view = terrain.view(camera, width, height);
+    terrain.visible(view, patches);
+    renderer.draw(view, patches);
+  }
+
   std::vector<double> frame_ms;
   std::vector<double> update_ms;
   std::size_t most_bytes = 0;
   std::uint64_t pages = 0;
   std::uint64_t binds = 0;
   const Camera first = camera;
-  const Point2 metres = ground_metres(reader->description());
   const double step = flags.speed_m_s > 0.0 ? flags.speed_m_s / 60.0 : std::min(metres.x, metres.y) * 0.5 / std::max(flags.frames, 1);
   for (int frame = 0; frame < flags.frames; ++frame) {
     if (flags.fly) {
-      const double heading = first.heading_deg * 3.14159265358979323846 / 180.0;
+      const double heading = first.heading_deg * std::numbers::pi / 180.0;
       camera.u = first.u + std::sin(heading) * step * frame / metres.x;
       camera.v = first.v + std::cos(heading) * step * frame / metres.y;
     }

@@ -152,7 +152,7 @@ struct UtmRow {
 constexpr UtmRow kUtm[] = {
     {32601, 32660, 1, false, 4326},      {32701, 32760, 1, true, 4326},         {32201, 32260, 1, false, 4322},
     {32301, 32360, 1, true, 4322},       {26901, 26923, 1, false, 4269},        {26701, 26722, 1, false, 4267},
-    {3740, 3749, 10, false, 4152},       {3707, 3727, 59, false, 4759},         {6328, 6348, 59, false, 6318},
+    {3740, 3749, 10, false, 4152},       {3706, 3726, 59, false, 4759},         {6328, 6348, 59, false, 6318},
     {2955, 2957, 11, false, 4617},       {2958, 2962, 17, false, 4617},         {3154, 3157, 7, false, 4617},
     {25828, 25838, 28, false, 4258},     {23028, 23038, 28, false, 4230},       {31965, 31976, 11, false, 4674},
     {31977, 31985, 17, true, 4674},      {29168, 29172, 18, false, 4618},       {29187, 29195, 17, true, 4618},
@@ -173,7 +173,7 @@ struct GaussKruegerRow {
 };
 constexpr GaussKruegerRow kGaussKrueger[] = {
     {31466, 31469, 2, 3, 0, 4314, "DHDN / 3-degree Gauss-Kruger zone"},
-    {28402, 28432, 2, 6, -3, 4284, "Pulkovo 1942 / Gauss-Kruger zone"},
+    {28404, 28432, 4, 6, -3, 4284, "Pulkovo 1942 / Gauss-Kruger zone"},
     {4491, 4501, 13, 6, -3, 4490, "CGCS2000 / Gauss-Kruger zone"},
 };
 
