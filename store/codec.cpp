@@ -78,6 +78,9 @@ Result<void> decode_payload(Codec codec, std::span<const std::byte> stored, std:
       if (!out.empty()) std::memcpy(out.data(), stored.data(), out.size());
       return {};
     case Codec::kZstd: {
+      // Exactly one frame: the library would also unpack several in a row, which another reader need not.
+      const std::size_t frame = ZSTD_findFrameCompressedSize(stored.data(), stored.size());
+      if (ZSTD_isError(frame) || frame != stored.size()) return fail(ErrorCode::kCorrupt, "the payload is not exactly one zstd frame");
       const std::size_t size = ZSTD_decompressDCtx(decompressor(), out.data(), out.size(), stored.data(), stored.size());
       if (ZSTD_isError(size)) return fail(ErrorCode::kCorrupt, std::string("payload does not decompress: ") + ZSTD_getErrorName(size));
       if (size != out.size()) return wrong_size(size);

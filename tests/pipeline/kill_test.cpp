@@ -14,20 +14,11 @@
 namespace vt::pipeline {
 namespace {
 
-// Runs vtbuild; kills it after `milliseconds` unless it has ended. Returns whether it ended by itself, with success.
-bool run_vtbuild(const std::vector<std::string>& arguments, std::optional<double> milliseconds) {
+// Runs `work` in a process of its own; kills it after `milliseconds` unless it has ended. Returns whether it ended by itself, with success.
+template <class Work>
+bool run_and_kill(const Work& work, std::optional<double> milliseconds) {
   const pid_t child = fork();
-  if (child == 0) {
-    std::vector<char*> argv;
-    std::string program = VT_VTBUILD;
-    argv.push_back(program.data());
-    std::vector<std::string> copy = arguments;
-    for (std::string& argument : copy) argv.push_back(argument.data());
-    argv.push_back(nullptr);
-    freopen("/dev/null", "w", stdout);
-    execv(program.c_str(), argv.data());
-    _exit(127);
-  }
+  if (child == 0) _exit(work());
   if (milliseconds) {
     std::this_thread::sleep_for(std::chrono::duration<double, std::milli>(*milliseconds));
     kill(child, SIGKILL);
@@ -35,50 +26,76 @@ bool run_vtbuild(const std::vector<std::string>& arguments, std::optional<double
   int status = 0;
   EXPECT_EQ(waitpid(child, &status, 0), child);
   if (WIFEXITED(status)) {
-    EXPECT_EQ(WEXITSTATUS(status), 0) << "vtbuild failed by itself";
+    EXPECT_EQ(WEXITSTATUS(status), 0) << "the build failed by itself";
   }
   return WIFEXITED(status) && WEXITSTATUS(status) == 0;
 }
 
-TEST(Kill, AnyMomentIsSurvivedAndTheResultIsTheSame) {
-  const test::TempFolder folder;
-  write_raster(folder / "input.tif", {.width = 500, .height = 400, .nodata = 3.0}, [](std::int64_t x, std::int64_t y, int band) {
-    return (x / 50 + y / 70) % 5 == 0 ? 3.0 : static_cast<double>(hash_noise(x, y, band) % 200) + 20;
-  });
-  const auto arguments = [&](const std::filesystem::path& store, int threads) {
-    return std::vector<std::string>{"layer",     (folder / "input.tif").string(), "-o",           store.string(), "--channel",  "color",
-                                    "--tile",    "64",                            "--block",      "1",            "--threads",  std::to_string(threads),
-                                    "--checkpoint", "0.01",                       "--progress",   "none"};
-  };
-  const auto start = std::chrono::steady_clock::now();
-  ASSERT_TRUE(run_vtbuild(arguments(folder / "whole.vts", 1), std::nullopt));
-  const double whole_ms = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
-  const Tiles wanted = tiles_of(folder / "whole.vts", "color");
-  ASSERT_FALSE(wanted.empty());
-
-  std::mt19937 random(20);
-  // From before the program has begun to just before its end.
-  std::uniform_real_distribution<double> moment(0.0, whole_ms);
-  constexpr int kKills = 200;
-  int kills = 0;
-  int stores = 0;
-  while (kills < kKills) {
-    const auto path = folder / ("killed" + std::to_string(stores++) + ".vts");
-    const int threads = 1 + stores % 4;
-    // At most twelve kills for one store, so that it also gets finished.
-    for (int i = 0; i < 12 && kills < kKills; ++i) {
-      if (run_vtbuild(arguments(path, threads), moment(random))) break;
-      ++kills;
-      if (!std::filesystem::exists(path)) continue;
-      const auto report = store::validate(path);
-      ASSERT_TRUE(report.has_value());
-      ASSERT_TRUE(report->ok()) << report->findings.front().place << ": " << report->findings.front().sentence;
-    }
-    ASSERT_TRUE(run_vtbuild(arguments(path, threads), std::nullopt));
-    ASSERT_TRUE(tiles_of(path, "color") == wanted) << "after " << kills << " kills";
-    std::filesystem::remove(path);
-  }
+// The same build twice over: through the library, which starts in no time, so that many moments can be tried, and as the program that people run.
+int build_with_library(const std::filesystem::path& input, const std::filesystem::path& store, int threads) {
+  LayerRequest request = request_for({input}, ChannelType::kColor);
+  auto plan = plan_layer(request, std::nullopt, std::size_t{8} << 20);
+  if (!plan) return 1;
+  auto writer = open_or_create(store, plan->crs, plan->extent());
+  if (!writer) return 2;
+  if (!build_layer(*writer, *plan, {.threads = threads, .block_levels = 1, .checkpoint_seconds = 0.002})) return 3;
+  return writer->finish() ? 0 : 4;
 }
+
+int build_with_program(const std::filesystem::path& input, const std::filesystem::path& store, int threads) {
+  const std::string count = std::to_string(threads);
+  if (freopen("/dev/null", "w", stdout) == nullptr) return 126;
+  execl(VT_VTBUILD, "vtbuild", "layer", input.c_str(), "-o", store.c_str(), "--channel", "color", "--tile", "32", "--block", "1", "--threads", count.c_str(),
+        "--checkpoint", "0.01", "--progress", "none", nullptr);
+  return 127;
+}
+
+class Kill : public testing::Test {
+ protected:
+  void SetUp() override {
+    write_raster(folder_ / "input.tif", {.width = 500, .height = 400, .nodata = 3.0}, [](std::int64_t x, std::int64_t y, int band) {
+      return (x / 50 + y / 70) % 5 == 0 ? 3.0 : static_cast<double>(hash_noise(x, y, band) % 200) + 20;
+    });
+    ASSERT_EQ(build_with_library(folder_ / "input.tif", folder_ / "whole.vts", 1), 0);
+    wanted_ = tiles_of(folder_ / "whole.vts", "color");
+    ASSERT_FALSE(wanted_.empty());
+  }
+
+  template <class Build>
+  void survive(const Build& build_store, int kills_wanted) {
+    const auto work = [&](const std::filesystem::path& store, int threads) { return [&, store, threads] { return build_store(folder_ / "input.tif", store, threads); }; };
+    const auto start = std::chrono::steady_clock::now();
+    ASSERT_TRUE(run_and_kill(work(folder_ / "timed.vts", 1), std::nullopt));
+    const double whole_ms = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+    std::mt19937 random(20);
+    // From before the work has begun to just before its end.
+    std::uniform_real_distribution<double> moment(0.0, whole_ms);
+    int kills = 0;
+    int stores = 0;
+    while (kills < kills_wanted) {
+      const auto path = folder_ / ("killed" + std::to_string(stores++) + ".vts");
+      const int threads = 1 + stores % 4;
+      // At most twelve kills for one store, so that it also gets finished.
+      for (int i = 0; i < 12 && kills < kills_wanted; ++i) {
+        if (run_and_kill(work(path, threads), moment(random))) break;
+        ++kills;
+        if (!std::filesystem::exists(path)) continue;
+        const auto report = store::validate(path);
+        ASSERT_TRUE(report.has_value());
+        ASSERT_TRUE(report->ok()) << report->findings.front().place << ": " << report->findings.front().sentence;
+      }
+      ASSERT_TRUE(run_and_kill(work(path, threads), std::nullopt));
+      ASSERT_TRUE(tiles_of(path, "color") == wanted_) << "after " << kills << " kills";
+      std::filesystem::remove(path);
+    }
+  }
+
+  test::TempFolder folder_;
+  Tiles wanted_;
+};
+
+TEST_F(Kill, AnyMomentIsSurvivedAndTheResultIsTheSame) { survive(build_with_library, 200); }
+TEST_F(Kill, TheProgramGoesOnWithTheSameCommand) { survive(build_with_program, 12); }
 
 }  // namespace
 }  // namespace vt::pipeline

@@ -79,6 +79,18 @@ TEST(Codec, RefusesEveryTruncationAndEveryWrongSize) {
   }
 }
 
+TEST(Codec, RefusesTwoFramesWhereOneIsMeant) {
+  const std::vector<std::byte> half(1000, std::byte{7});
+  const auto frame = encode_payload(half, {Codec::kZstd, 3});
+  ASSERT_TRUE(frame.has_value() && frame->codec == Codec::kZstd);
+  std::vector<std::byte> twice = frame->bytes;
+  twice.insert(twice.end(), frame->bytes.begin(), frame->bytes.end());
+  std::vector<std::byte> out(2000);
+  const auto decoded = decode_payload(Codec::kZstd, twice, out);
+  ASSERT_FALSE(decoded.has_value());
+  EXPECT_EQ(decoded.error().code, ErrorCode::kCorrupt);
+}
+
 TEST(Codec, RefusesUnknownCodecs) {
   Bytes out(4);
   EXPECT_EQ(decode_payload(static_cast<Codec>(2), Bytes(4), out).error().code, ErrorCode::kUnsupported);
