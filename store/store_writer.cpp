@@ -416,7 +416,16 @@ Result<void> StoreWriter::read(LayerId id, TileId tile, std::span<std::byte> out
 }
 
 Result<void> StoreWriter::commit() {
+  {
+    const std::lock_guard lock(impl_->mutex);
+    VT_CHECK(impl_->check_usable());
+    if (!impl_->changed) return {};
+  }
+  // The bulk goes to the disk while other threads go on putting; what is left to sync under the lock is small.
+  const auto synced = impl_->sync();
   const std::lock_guard lock(impl_->mutex);
+  if (!synced) return impl_->break_off(synced.error());
+  // A record that is being written right now lies below the new end of the file, and no index points to it yet: garbage if the process dies.
   return impl_->commit_locked();
 }
 

@@ -59,7 +59,7 @@ class BlockJob::Output final : public pyramid::RowSink {
     } else {
       VT_ASSIGN(tile.payload, store::encode_payload(raw, {store::Codec::kZstd, 1}));
     }
-    return job_.store_.put(job_.ids_.carry, tile);
+    return job_.put(job_.ids_.carry, tile);
   }
 
  private:
@@ -80,7 +80,7 @@ class BlockJob::Output final : public pyramid::RowSink {
       return;
     }
     for (const encode::EncodedTile& tile : *finished) {
-      status_ = job_.store_.put(job_.ids_.texture, tile);
+      status_ = job_.put(job_.ids_.texture, tile);
       if (!status_) return;
     }
   }
@@ -95,7 +95,11 @@ class BlockJob::Output final : public pyramid::RowSink {
   Result<void> status_;
 };
 
-BlockJob::BlockJob(const LayerPlan& plan, LayerIds ids, TileStore& store) : plan_(plan), ids_(ids), store_(store) {}
+BlockJob::BlockJob(const LayerPlan& plan, LayerIds ids, store::StoreWriter& writer) : plan_(plan), ids_(ids), writer_(writer) {}
+
+Result<void> BlockJob::put(LayerId layer, const encode::EncodedTile& tile) {
+  return tile.is_constant ? writer_.put_constant(layer, tile.tile, tile.constant_block) : writer_.put(layer, tile.tile, tile.payload);
+}
 
 Result<void> BlockJob::run(const Tier& tier, bool first_tier, std::int64_t index, const std::function<void(std::uint64_t)>& progress,
                            const std::atomic<bool>* cancel) {
@@ -151,7 +155,7 @@ Result<void> BlockJob::load_carry_band(const Tier& tier, std::int64_t tile_row, 
   for (std::int64_t column = first; column <= last; ++column) {
     std::vector<float>& tile = carry_band_[static_cast<std::size_t>(column - first)];
     tile.resize(edge * edge * floats);
-    VT_CHECK(store_.read(ids_.carry, {tier.base, static_cast<std::uint32_t>(column), static_cast<std::uint32_t>(tile_row)},
+    VT_CHECK(writer_.read(ids_.carry, {tier.base, static_cast<std::uint32_t>(column), static_cast<std::uint32_t>(tile_row)},
                          std::as_writable_bytes(std::span(tile))));
   }
   return {};

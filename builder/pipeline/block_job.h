@@ -11,16 +11,9 @@
 #include "builder/pipeline/layer_plan.h"
 #include "builder/pyramid/block_cascade.h"
 #include "builder/resample/base_sampler.h"
+#include "store/store_writer.h"
 
 namespace vt::pipeline {
-
-// What a job needs from the store; the build wraps the store so that checkpoints can slip in between.
-class TileStore {
- public:
-  virtual ~TileStore() = default;
-  [[nodiscard]] virtual Result<void> put(LayerId layer, const encode::EncodedTile& tile) = 0;
-  [[nodiscard]] virtual Result<void> read(LayerId layer, TileId tile, std::span<std::byte> out) const = 0;
-};
 
 struct LayerIds {
   LayerId texture;
@@ -29,7 +22,7 @@ struct LayerIds {
 
 class BlockJob {
  public:
-  BlockJob(const LayerPlan& plan, LayerIds ids, TileStore& store);
+  BlockJob(const LayerPlan& plan, LayerIds ids, store::StoreWriter& writer);
 
   // Builds block `index` of `tier`; `first_tier` blocks read the sources, others the carry tiles of the tier before. Calls `progress` with the number of
   // core base texels done since the last call. kCancelled as soon as `cancel` is seen; then nothing of the block counts.
@@ -38,6 +31,7 @@ class BlockJob {
 
  private:
   class Output;
+  [[nodiscard]] Result<void> put(LayerId layer, const encode::EncodedTile& tile);
   [[nodiscard]] Result<void> feed_from_sources(pyramid::BlockCascade& cascade, Output& output, const std::function<void(std::uint64_t)>& progress,
                                                const std::atomic<bool>* cancel);
   [[nodiscard]] Result<void> feed_from_carry(const Tier& tier, pyramid::BlockCascade& cascade, Output& output);
@@ -45,7 +39,7 @@ class BlockJob {
 
   const LayerPlan& plan_;
   LayerIds ids_;
-  TileStore& store_;
+  store::StoreWriter& writer_;
   resample::BaseChunk chunk_;
   std::vector<std::vector<float>> carry_band_;  // tiles of one row, interleaved planes
 };

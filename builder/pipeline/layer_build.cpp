@@ -4,7 +4,6 @@
 #include <chrono>
 #include <condition_variable>
 #include <mutex>
-#include <shared_mutex>
 #include <thread>
 
 #include "builder/pipeline/block_job.h"
@@ -15,28 +14,6 @@ namespace {
 using Clock = std::chrono::steady_clock;
 
 double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
-
-// Lets many workers put tiles and one thread commit: a commit waits for tiles in flight, not for blocks.
-class SharedStore final : public TileStore {
- public:
-  explicit SharedStore(store::StoreWriter& writer) : writer_(writer) {}
-
-  Result<void> put(LayerId layer, const encode::EncodedTile& tile) override {
-    const std::shared_lock lock(gate_);
-    return tile.is_constant ? writer_.put_constant(layer, tile.tile, tile.constant_block) : writer_.put(layer, tile.tile, tile.payload);
-  }
-  Result<void> read(LayerId layer, TileId tile, std::span<std::byte> out) const override { return writer_.read(layer, tile, out); }
-
-  [[nodiscard]] Result<void> commit() {
-    const std::unique_lock lock(gate_);
-    return writer_.commit();
-  }
-  [[nodiscard]] bool contains(LayerId layer, TileId tile) const { return writer_.contains(layer, tile); }
-
- private:
-  store::StoreWriter& writer_;
-  std::shared_mutex gate_;
-};
 
 // The layers of a plan in the store: found from an earlier run, or added.
 struct OpenLayers {
@@ -90,9 +67,9 @@ Result<OpenLayers> open_layers(store::StoreWriter& writer, const LayerPlan& plan
 // Runs the blocks of one tier on all workers. Stops at the first error.
 class TierRun {
  public:
-  TierRun(const LayerPlan& plan, LayerIds ids, const Tier& tier, bool first_tier, SharedStore& store, const BuildOptions& options,
+  TierRun(const LayerPlan& plan, LayerIds ids, const Tier& tier, bool first_tier, store::StoreWriter& writer, const BuildOptions& options,
           std::atomic<std::uint64_t>& done_texels, std::uint64_t total_texels)
-      : plan_(plan), ids_(ids), tier_(tier), first_tier_(first_tier), store_(store), options_(options), done_texels_(done_texels), total_(total_texels) {}
+      : plan_(plan), ids_(ids), tier_(tier), first_tier_(first_tier), writer_(writer), options_(options), done_texels_(done_texels), total_(total_texels) {}
 
   // Commits every checkpoint_seconds while the workers run.
   [[nodiscard]] Result<void> run(int threads) {
@@ -104,7 +81,7 @@ class TierRun {
     const auto interval = std::chrono::duration<double>(options_.checkpoint_seconds);
     while (!finished_.wait_for(lock, interval, [this] { return running_ == 0; })) {
       lock.unlock();
-      auto committed = store_.commit();
+      auto committed = writer_.commit();
       lock.lock();
       if (!committed) stop_with(committed.error());
     }
@@ -118,13 +95,13 @@ class TierRun {
 
  private:
   void work() {
-    BlockJob job(plan_, ids_, store_);
+    BlockJob job(plan_, ids_, writer_);
     const auto report = [this](std::uint64_t texels) {
       const std::uint64_t done = done_texels_.fetch_add(texels, std::memory_order_relaxed) + texels;
       if (options_.progress) options_.progress(done, total_);
     };
     for (std::int64_t index = next_++; index < tier_.blocks() && !stopped_; index = next_++) {
-      if (tier_.has_carry && store_.contains(ids_.carry, tier_.carry_tile(index))) {
+      if (tier_.has_carry && writer_.contains(ids_.carry, tier_.carry_tile(index))) {
         ++resumed;
         const TexelRect part = intersect(tier_.block(index), tier_.data);
         if (first_tier_) report(static_cast<std::uint64_t>(part.width * part.height));
@@ -151,7 +128,7 @@ class TierRun {
   LayerIds ids_;
   const Tier& tier_;
   bool first_tier_;
-  SharedStore& store_;
+  store::StoreWriter& writer_;
   const BuildOptions& options_;
   std::atomic<std::uint64_t>& done_texels_;
   std::uint64_t total_;
@@ -180,15 +157,14 @@ Result<BuildReport> build_layer(store::StoreWriter& writer, const LayerPlan& pla
   report.was_complete = layers.is_complete;
 
   if (!layers.is_complete) {
-    SharedStore store(writer);
     std::atomic<std::uint64_t> done_texels{0};
     const std::vector<Tier> tiers = plan_tiers(plan.info, layers.block_levels);
     for (std::size_t i = 0; i < tiers.size(); ++i) {
-      TierRun tier(plan, layers.ids, tiers[i], i == 0, store, options, done_texels, report.base_texels);
+      TierRun tier(plan, layers.ids, tiers[i], i == 0, writer, options, done_texels, report.base_texels);
       auto result = tier.run(threads);
       report.blocks_built += tier.built;
       report.blocks_resumed += tier.resumed;
-      if (!result && result.error().code == ErrorCode::kCancelled) VT_CHECK(store.commit());
+      if (!result && result.error().code == ErrorCode::kCancelled) VT_CHECK(writer.commit());
       VT_CHECK(result);
     }
     VT_CHECK(writer.set_state(layers.ids.texture, LayerState::kComplete));
