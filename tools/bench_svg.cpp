@@ -110,17 +110,27 @@ struct Box {
 struct LabelPlacer {
   std::vector<Box> taken;
 
-  // The label's middle and base line.
+  // The label's middle and base line. When every place is taken, the first one all the same.
   std::pair<double, double> place(double x, double y, double width) {
-    constexpr std::array kOffsets = {-9.0, 19.0, -22.0, 32.0, -35.0, 45.0};
-    for (const double offset : kOffsets) {
-      const Box box{x - width / 2, y + offset - 10.0, x + width / 2, y + offset + 3.0};
+    const double beside = width / 2 + 9.0;
+    const std::array<std::pair<double, double>, 10> offsets = {{{0.0, -9.0},
+                                                                {0.0, 19.0},
+                                                                {beside, 4.0},
+                                                                {-beside, 4.0},
+                                                                {beside, -12.0},
+                                                                {-beside, -12.0},
+                                                                {beside, 21.0},
+                                                                {-beside, 21.0},
+                                                                {0.0, -23.0},
+                                                                {0.0, 33.0}}};
+    for (const auto& [dx, dy] : offsets) {
+      const Box box{x + dx - width / 2, y + dy - 10.0, x + dx + width / 2, y + dy + 3.0};
       if (std::none_of(taken.begin(), taken.end(), [&](const Box& other) { return box.overlaps(other); })) {
         taken.push_back(box);
-        return {x, y + offset};
+        return {x + dx, y + dy};
       }
     }
-    return {x, y + kOffsets.front()};
+    return {x, y + offsets.front().second};
   }
 };
 
@@ -207,7 +217,9 @@ std::string svg_of(const ScatterChart& chart) {
     y_high = std::max(y_high, chart.line->y);
   }
 
-  const std::vector<double> y_ticks = round_ticks(y_low, y_high, 6);
+  // A little air, so that labels stay inside.
+  const double air = 0.08 * (y_high - y_low);
+  const std::vector<double> y_ticks = round_ticks(y_low - air, y_high + air, 6);
   std::vector<double> x_ticks;
   double x_from = 0.0;
   double x_to = 0.0;
