@@ -413,6 +413,7 @@ Result<int> run(const BenchBuildFlags& flags) {
   std::vector<Contender> contenders = all_contenders(vtbuild, input, scratch.path(), flags);
   for (Contender& contender : contenders) contender.version = version_of(contender, scratch.path());
   VT_CHECK(warm_up(input.path));
+  const std::uint64_t smallest_peak = smallest_peak_bytes();
 
   // In turn, so that a slow minute of the machine falls on all of them.
   std::vector<Measured> measured(contenders.size());
@@ -469,9 +470,11 @@ Result<int> run(const BenchBuildFlags& flags) {
       "overviews only."};
   VT_CHECK(flags.results.deliver(subject, report.table(), svg_of(chart)));
   if (!flags.results.json)
-    cli::print(
+    cli::print(fmt::format(
         "\nvtbuild's time includes syncing its store to the disk, the other tools' does not: `sync s` is what that takes afterwards.\n"
-        "gdaladdo writes overviews only, beside a finest level that is there already.\n");
+        "gdaladdo writes overviews only, beside a finest level that is there already.\n"
+        "Peaks below {} cannot be told from vtbench's own memory.\n",
+        cli::format_bytes(smallest_peak)));
   return 0;
 }
 

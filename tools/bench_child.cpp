@@ -82,6 +82,13 @@ Result<ChildRun> run_child(const ChildCommand& command) {
   return run;
 }
 
+std::uint64_t smallest_peak_bytes() {
+  const auto program = find_program("true");
+  if (!program) return 0;
+  const auto run = run_child({{program->string()}, {}, "/dev/null", "/dev/null"});
+  return run ? run->peak_bytes : 0;
+}
+
 std::optional<std::filesystem::path> find_program(const std::string& name) {
   const char* search = std::getenv("PATH");
   std::string_view rest = search == nullptr ? "" : search;
