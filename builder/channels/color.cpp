@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "builder/channels/channel_codec.h"
+#include "builder/channels/color_rows.h"
 #include "builder/channels/read_samples.h"
 #include "builder/channels/srgb.h"
 
@@ -45,6 +46,10 @@ class ColorCodec final : public ChannelCodec {
     const bool has_alpha = texel_format_ == TexelFormat::kRgba8;
     const std::size_t step = has_alpha ? 4 : 3;
     const auto& [red, green, blue, weight] = rows.here;
+    if (rows.opaque && !has_alpha) {
+      rgb8_from_light(red, green, blue, static_cast<std::size_t>(count), table_, codes);
+      return;
+    }
     for (std::int64_t i = 0; i < count; ++i, codes += step) {
       const float w = rows.opaque ? 1.0F : weight[i];
       if (w == 1.0F) {
@@ -82,13 +87,9 @@ class ColorCodec final : public ChannelCodec {
       if (grey) {
         for (std::int64_t i = 0; i < count; ++i) red[i] = green[i] = blue[i] = light[codes[i]];
       } else {
-        for (std::int64_t i = 0; i < count; ++i, codes += 3) {
-          red[i] = light[codes[0]];
-          green[i] = light[codes[1]];
-          blue[i] = light[codes[2]];
-        }
+        light_from_rgb8(codes, static_cast<std::size_t>(count), table_, red, green, blue);
       }
-      for (std::int64_t i = 0; i < count; ++i) weight[i] = 1.0F;
+      std::fill_n(weight, count, 1.0F);
       return true;
     }
 

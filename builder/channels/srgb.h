@@ -35,7 +35,8 @@ class CodeTable {
     int code = 0;
     for (int bin = 0; bin <= kBins; ++bin) {
       while (begin_[static_cast<std::size_t>(code) + 1] <= static_cast<float>(bin) / kBins) ++code;
-      code_at_bin_[static_cast<std::size_t>(bin)] = static_cast<std::uint8_t>(code);
+      code_at_bin_[static_cast<std::size_t>(bin)] = code;
+      next_begin_at_bin_[static_cast<std::size_t>(bin)] = begin_[static_cast<std::size_t>(code) + 1];
     }
   }
 
@@ -45,15 +46,20 @@ class CodeTable {
   // Any float; below 0 and NaN give 0, above 1 gives 255.
   [[nodiscard]] std::uint8_t code(float light) const {
     const float clamped = light > 0.0F ? (light < 1.0F ? light : 1.0F) : 0.0F;
-    const std::uint8_t lower = code_at_bin_[static_cast<std::size_t>(clamped * kBins)];
-    return static_cast<std::uint8_t>(lower + (clamped >= begin_[static_cast<std::size_t>(lower) + 1] ? 1 : 0));
+    const auto bin = static_cast<std::size_t>(clamped * kBins);
+    return static_cast<std::uint8_t>(code_at_bin_[bin] + (clamped >= next_begin_at_bin_[bin] ? 1 : 0));
   }
 
- private:
+  // The tables behind code(), for row loops: kBins + 1 entries each.
   static constexpr int kBins = 4096;
+  [[nodiscard]] const std::int32_t* code_at_bin() const { return code_at_bin_.data(); }
+  [[nodiscard]] const float* next_begin_at_bin() const { return next_begin_at_bin_.data(); }
+
+ private:
   std::array<float, 256> light_;
   std::array<float, 257> begin_;
-  std::array<std::uint8_t, kBins + 1> code_at_bin_;
+  std::array<std::int32_t, kBins + 1> code_at_bin_;     // at the bin's lower edge
+  std::array<float, kBins + 1> next_begin_at_bin_;      // where the code after that begins
 };
 
 // One table per transfer function, made on first use.

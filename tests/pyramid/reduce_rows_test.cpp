@@ -1,12 +1,13 @@
 #include "builder/pyramid/reduce_rows.h"
 
 #include <gtest/gtest.h>
-#include <hwy/targets.h>
 
 #include <cmath>
 #include <cstring>
 #include <random>
 #include <vector>
+
+#include "tests/support/cpu_targets.h"
 
 namespace vt::pyramid {
 namespace {
@@ -27,18 +28,7 @@ std::vector<float> noise(std::size_t count, unsigned seed) {
   return values;
 }
 
-class ReduceRows : public testing::TestWithParam<std::int64_t> {
- protected:
-  void SetUp() override {
-    if ((hwy::SupportedTargets() & GetParam()) == 0) GTEST_SKIP() << "this processor has no " << hwy::TargetName(GetParam());
-    hwy::SetSupportedTargetsForTest(GetParam());
-    hwy::GetChosenTarget().Update(hwy::SupportedTargets());
-  }
-  void TearDown() override {
-    hwy::SetSupportedTargetsForTest(0);
-    hwy::GetChosenTarget().Update(hwy::SupportedTargets());
-  }
-};
+class ReduceRows : public test::OnEveryCpuTarget {};
 
 TEST_P(ReduceRows, CombineIsTheDefinitionBitForBit) {
   for (const HalvingKernel& kernel : {box_kernel(), kaiser3_kernel()})
@@ -91,8 +81,7 @@ TEST_P(ReduceRows, RoundingStaysWithinWhatTwelveProductsAllow) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Targets, ReduceRows, testing::Values(HWY_EMU128, HWY_SSSE3, HWY_SSE4, HWY_AVX2, HWY_AVX3, HWY_AVX3_DL),
-                         [](const auto& target) { return std::string(hwy::TargetName(target.param)); });
+VT_ON_EVERY_CPU_TARGET(ReduceRows);
 
 }  // namespace
 }  // namespace vt::pyramid

@@ -1,0 +1,158 @@
+// vtbuild as people and scripts meet it: messages, exit codes, nothing left behind after a failure, and the whole way from a scene to a picture.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+
+#include "tests/cli/program_run.h"
+#include "tests/support/temp_folder.h"
+
+namespace vt::test {
+namespace {
+
+using testing::AllOf;
+using testing::HasSubstr;
+using testing::Not;
+using testing::StartsWith;
+
+class VtbuildTest : public testing::Test {
+ protected:
+  Outcome run(const std::vector<std::string>& arguments) { return run_program(VT_VTBUILD, arguments, folder_.path()); }
+  Outcome inspect(const std::vector<std::string>& arguments) { return run_program(VT_VTINSPECT, arguments, folder_.path()); }
+  void make_scene() { ASSERT_EQ(run({"sample", "-o", "scene", "--size", "512", "--progress", "none"}).exit_code, 0); }
+  void expect_failure(const std::vector<std::string>& arguments, int exit_code, const std::vector<std::string>& phrases) {
+    const Outcome outcome = run(arguments);
+    EXPECT_EQ(outcome.exit_code, exit_code) << outcome.err;
+    EXPECT_THAT(outcome.err, StartsWith("vtbuild: "));
+    for (const std::string& phrase : phrases) EXPECT_THAT(outcome.err, HasSubstr(phrase));
+  }
+  void write(const std::string& name, const std::string& text) { std::ofstream(folder_ / name, std::ios::binary) << text; }
+  bool exists(const std::string& name) { return std::filesystem::exists(folder_ / name); }
+
+  TempFolder folder_;
+};
+
+TEST_F(VtbuildTest, HelpHasExamplesAndExitCodesEverywhere) {
+  for (std::vector<std::string> arguments : std::vector<std::vector<std::string>>{{}, {"layer"}, {"dataset"}, {"sample"}}) {
+    arguments.emplace_back("--help");
+    const Outcome outcome = run(arguments);
+    EXPECT_EQ(outcome.exit_code, 0);
+    EXPECT_THAT(outcome.out, AllOf(HasSubstr("Examples:\n  vtbuild "), HasSubstr("Exit codes:")));
+  }
+}
+
+TEST_F(VtbuildTest, GoesTheWholeWay) {
+  make_scene();
+  const Outcome dry = run({"dataset", "scene/SCENE.json", "-o", "scene.vts", "--dry-run"});
+  EXPECT_EQ(dry.exit_code, 0) << dry.err;
+  EXPECT_THAT(dry.out, AllOf(HasSubstr("layer color"), HasSubstr("layer elevation"), HasSubstr("level  0"), HasSubstr("memory")));
+  EXPECT_FALSE(exists("scene.vts")) << "--dry-run builds nothing";
+
+  const Outcome built = run({"dataset", "scene/SCENE.json", "-o", "scene.vts", "--progress", "plain"});
+  EXPECT_EQ(built.exit_code, 0) << built.err;
+  EXPECT_THAT(built.err, HasSubstr("building color"));
+  EXPECT_EQ(inspect({"validate", "scene.vts"}).exit_code, 0);
+  // The finest level of a lossless layer is the source, pixel for pixel and in its place.
+  EXPECT_EQ(inspect({"compare", "scene.vts", "scene/imagery.tif", "--layer", "color"}).exit_code, 0);
+  EXPECT_EQ(inspect({"compare", "scene.vts", "scene/elevation.tif", "--layer", "elevation"}).exit_code, 0);
+
+  const Outcome again = run({"dataset", "scene/SCENE.json", "-o", "scene.vts", "--progress", "none"});
+  EXPECT_EQ(again.exit_code, 0);
+  EXPECT_THAT(again.out, HasSubstr("already complete"));
+}
+
+TEST_F(VtbuildTest, WhatIsExtractedBuildsTheSameStore) {
+  make_scene();
+  ASSERT_EQ(run({"layer", "scene/imagery.tif", "-o", "a.vts", "--channel", "color"}).exit_code, 0);
+  ASSERT_EQ(inspect({"extract", "a.vts", "-o", "back.tif"}).exit_code, 0);
+  ASSERT_EQ(run({"layer", "back.tif", "-o", "b.vts", "--channel", "color"}).exit_code, 0);
+  const Outcome compared = inspect({"compare", "a.vts", "b.vts"});
+  EXPECT_EQ(compared.exit_code, 0) << compared.out << compared.err;
+}
+
+TEST_F(VtbuildTest, WrongUsageIsExitCodeOne) {
+  make_scene();
+  const std::string image = "scene/imagery.tif";
+  for (const std::vector<std::string>& arguments : std::vector<std::vector<std::string>>{
+           {},
+           {"nonsense"},
+           {"layer"},
+           {"layer", image, "-o", "x.vts"},
+           {"layer", image, "-o", "x.vts", "--channel", "colour"},
+           {"layer", image, "-o", "x.vts", "--channel", "color", "--kernel", "lanczos"},
+           {"layer", image, "-o", "x.vts", "--channel", "color", "--format", "bc9"},
+           {"layer", image, "-o", "x.vts", "--channel", "color", "--compression", "gzip"},
+           {"layer", image, "-o", "x.vts", "--channel", "color", "--tile", "100"},
+           {"layer", image, "-o", "x.vts", "--channel", "color", "--memory", "lots"},
+           {"layer", image, "-o", "x.vts", "--channel", "color", "--memory", "1M"},
+           {"layer", image, "-o", "x.vts", "--channel", "color", "--bands", "1,2,9"},
+           {"layer", image, "-o", "x.vts", "--channel", "color", "--extent", "3,2,1,0"},
+           {"layer", image, "-o", "x.vts", "--channel", "color", "--threads", "0"},
+           {"layer", image, "-o", "x.vts", "--channel", "color", "--progress", "loud"},
+           {"layer", image, "-o", "x.vts", "--channel", "color", "--gsd", "-1"},
+           {"dataset"},
+           {"sample"},
+       }) {
+    const Outcome outcome = run(arguments);
+    EXPECT_EQ(outcome.exit_code, 1) << testing::PrintToString(arguments) << outcome.err;
+    EXPECT_THAT(outcome.err, Not(testing::IsEmpty()));
+  }
+  EXPECT_FALSE(exists("x.vts")) << "wrong usage leaves nothing behind";
+}
+
+TEST_F(VtbuildTest, BadInputSaysWhatAndWhere) {
+  make_scene();
+  write("text.tif", "this is not a picture");
+  write("empty.tif", "");
+  write("bad.json", R"({"format": "vt-scene", "version": 1, "name": "n", "layers": [{"name": "c", "channel": "color", "sources": []}]})");
+  write("broken.json", "{");
+  write("not-a-store.vts", "hello");
+  std::filesystem::copy_file(folder_ / "scene/imagery.tif", folder_ / "cut.tif");
+  std::filesystem::resize_file(folder_ / "cut.tif", std::filesystem::file_size(folder_ / "cut.tif") / 2);
+  expect_failure({"layer", "none.tif", "-o", "x.vts", "--channel", "color"}, 2, {"none.tif"});
+  expect_failure({"layer", "text.tif", "-o", "x.vts", "--channel", "color"}, 3, {"text.tif"});
+  expect_failure({"layer", "empty.tif", "-o", "x.vts", "--channel", "color"}, 3, {"empty.tif"});
+  expect_failure({"layer", "cut.tif", "-o", "cut.vts", "--channel", "color", "--progress", "none"}, 3, {"cut.tif"});
+  expect_failure({"dataset", "none.json", "-o", "x.vts"}, 2, {"none.json"});
+  expect_failure({"dataset", "bad.json", "-o", "x.vts"}, 3, {"bad.json", "/layers/0/sources"});
+  expect_failure({"dataset", "broken.json", "-o", "x.vts"}, 3, {"broken.json", "byte"});
+  expect_failure({"layer", "scene/imagery.tif", "-o", "not-a-store.vts", "--channel", "color"}, 3, {"not-a-store.vts"});
+  expect_failure({"layer", "scene/imagery.tif", "-o", "no/such/folder/x.vts", "--channel", "color"}, 2, {"no/such/folder"});
+  EXPECT_FALSE(exists("x.vts"));
+}
+
+TEST_F(VtbuildTest, AStoreThatExistsIsNotOverwritten) {
+  make_scene();
+  ASSERT_EQ(run({"layer", "scene/imagery.tif", "-o", "a.vts", "--channel", "color", "--progress", "none"}).exit_code, 0);
+  expect_failure({"layer", "scene/imagery.tif", "-o", "a.vts", "--channel", "color", "--kernel", "box", "--progress", "none"}, 2, {"color", "--name"});
+  EXPECT_EQ(inspect({"validate", "a.vts"}).exit_code, 0);
+  expect_failure({"layer", "scene/elevation.tif", "-o", "a.vts", "--channel", "elevation", "--crs", "EPSG:4326"}, 1, {"EPSG:32633", "EPSG:4326"});
+}
+
+TEST_F(VtbuildTest, AFullDiskIsReportedAndTheStoreStaysWhole) {
+  make_scene();
+  // A file-size limit stands in for a full disk: the write fails in the same place with the same kind of error.
+  const Outcome outcome = run_program("/bin/sh", {"-c", std::string("trap '' XFSZ; ulimit -f 200; exec ") + VT_VTBUILD + " layer scene/imagery.tif -o full.vts --channel color --compression none --progress none"},
+                                      folder_.path());
+  EXPECT_EQ(outcome.exit_code, 2) << outcome.err;
+  EXPECT_THAT(outcome.err, HasSubstr("run the same command again"));
+  EXPECT_EQ(inspect({"validate", "full.vts"}).exit_code, 0);
+  ASSERT_EQ(run({"layer", "scene/imagery.tif", "-o", "full.vts", "--channel", "color", "--compression", "none", "--progress", "none"}).exit_code, 0);
+  EXPECT_EQ(inspect({"compare", "full.vts", "scene/imagery.tif"}).exit_code, 0);
+}
+
+TEST_F(VtbuildTest, AStoreIsDrawnOnBothPaths) {
+  make_scene();
+  ASSERT_EQ(run({"dataset", "scene/SCENE.json", "-o", "scene.vts", "--progress", "none"}).exit_code, 0);
+  for (const char* path : {"gl12", "glsl"}) {
+    const std::string picture = std::string(path) + ".png";
+    const Outcome outcome = run_program(VT_VTRENDER, {"scene.vts", "--path", path, "--size", "320x180", "-o", picture}, folder_.path());
+    if (outcome.exit_code == 2 && outcome.err.find("context") != std::string::npos) GTEST_SKIP() << "no OpenGL context to be had here: " << outcome.err;
+    ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+    EXPECT_GT(std::filesystem::file_size(folder_ / picture), 10000U) << "a picture with something in it";
+  }
+}
+
+}  // namespace
+}  // namespace vt::test
