@@ -1,4 +1,4 @@
-#include "builder/source/picture_source.h"
+#include "builder/source/picture_module.h"
 
 #include <OpenImageIO/imageio.h>
 #include <fmt/format.h>
@@ -199,7 +199,9 @@ class PictureSource final : public RasterSource {
 
 }  // namespace
 
-Result<std::unique_ptr<RasterSource>> open_picture(const std::filesystem::path& path, const OpenOptions& options) {
+namespace {
+
+Result<std::unique_ptr<RasterSource>> read_picture(const std::filesystem::path& path, const OpenOptions& options) {
   VT_ASSIGN(Input input, open_input(path));
   const OIIO::ImageSpec& spec = input.decoder->spec();
   const auto unsupported = [&](const std::string& what) {
@@ -234,4 +236,7 @@ Result<std::unique_ptr<RasterSource>> open_picture(const std::filesystem::path& 
   return std::make_unique<PictureSource>(std::move(info), std::move(input), associated, options.cache_bytes);
 }
 
+}  // namespace
 }  // namespace vt::source
+
+extern "C" const vt::source::PictureModule vt_picture_module = {.open_picture = vt::source::read_picture};

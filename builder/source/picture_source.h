@@ -1,4 +1,5 @@
 // Every picture that is not a TIFF, by OpenImageIO: PNG, JPEG, JPEG 2000, OpenEXR, HDR and others. Private to this room.
+// Made in a shared library of its own, see picture_module.h.
 #pragma once
 
 #include <filesystem>

@@ -1,0 +1,20 @@
+// The border to the shared library that holds everything made with OpenImageIO. It is loaded when the first picture that is not a TIFF is opened:
+// OpenImageIO brings some 260 shared libraries and 120 MiB with it, which most runs never need. Both sides are built together, so plain C++ types cross.
+#pragma once
+
+#include <filesystem>
+#include <memory>
+
+#include "builder/source/raster_source.h"
+
+namespace vt::source {
+
+// What the library exports, under the name kPictureModuleSymbol.
+struct PictureModule {
+  Result<std::unique_ptr<RasterSource>> (*open_picture)(const std::filesystem::path& path, const OpenOptions& options);
+};
+inline constexpr char kPictureModuleSymbol[] = "vt_picture_module";
+
+}  // namespace vt::source
+
+extern "C" __attribute__((visibility("default"))) const vt::source::PictureModule vt_picture_module;
