@@ -111,19 +111,23 @@ Result<int> build_layers(const std::filesystem::path& path, const std::vector<pi
   for (const pipeline::LayerPlan& plan : plans)
     for (const std::string& warning : plan.warnings) cli::print_note("vtbuild", warning);
 
-  if (flags.dry_run) {
-    for (const pipeline::LayerPlan& plan : plans) {
-      int levels = flags.block_levels;
-      if (levels == 0) {
-        VT_ASSIGN(levels, pipeline::choose_block_levels(plan, threads, memory));
-      }
-      print_plan(plan, threads, memory, levels);
+  // All that can be wrong with the request is found before a store is made for it.
+  std::vector<int> block_levels;
+  for (const pipeline::LayerPlan& plan : plans) {
+    int levels = flags.block_levels;
+    if (levels == 0) {
+      VT_ASSIGN(levels, pipeline::choose_block_levels(plan, threads, memory));
     }
+    block_levels.push_back(levels);
+  }
+  if (flags.dry_run) {
+    for (std::size_t i = 0; i < plans.size(); ++i) print_plan(plans[i], threads, memory, block_levels[i]);
     return 0;
   }
 
   VT_ASSIGN(store::StoreWriter writer, pipeline::open_or_create(path, plans.front().crs, area));
-  for (const pipeline::LayerPlan& plan : plans) {
+  for (std::size_t i = 0; i < plans.size(); ++i) {
+    const pipeline::LayerPlan& plan = plans[i];
     cli::Progress progress({.mode = mode,
                             .title = "building " + plan.info.name,
                             .unit = "texels",
@@ -131,7 +135,7 @@ Result<int> build_layers(const std::filesystem::path& path, const std::vector<pi
     pipeline::BuildOptions options;
     options.threads = threads;
     options.memory_bytes = memory;
-    options.block_levels = flags.block_levels;
+    options.block_levels = block_levels[i];
     options.checkpoint_seconds = flags.checkpoint_seconds;
     options.progress = [&](std::uint64_t done, std::uint64_t) { progress.update(done); };
     options.cancel = &cli::interrupt_flag();
