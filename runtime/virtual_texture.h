@@ -6,8 +6,8 @@
 //     texture.update();                                      // GL thread: a bounded amount of uploading, never disk
 //     for (each geometry) {
 //       const StageSet tiles = texture.select(its_uv_box);   // which tiles texture it
-//       texture.bind(tiles, its_uv_origin);                  // glBindTexture and a texture matrix; draw it with (u, v) - origin as
-//       coordinates
+//       texture.bind(tiles, its_uv_origin);                  // glBindTexture and a texture matrix
+//       draw_with_texture_coordinates_minus(its_uv_origin);
 //     }
 //
 // On the shader path bind() takes a ShaderBinding and the fragment shader calls the function that glsl_function() wrote. Any number of
@@ -63,10 +63,11 @@ struct LayoutOptions {
   int tile_exponent = 9;   // tile textures of 2^9 = 512 texels a side; 3..13
   int tiles_per_side = 1;  // n x n tiles a level, 1..8
   int mips = 0;            // 0: as many as the hop allows
-  std::int64_t hop_texels =
-      0;  // the paging grid: 0: half a tile where a level is one tile, else a whole tile, so that tiles are kept when the center moves
-  int levels = 0;    // how many of the finest levels to page, beside the one over everything; 0: all
-  struct Override {  // a level that differs; fields below 1 keep the value above
+  // The paging grid. 0: half a tile where a level is one tile, else a whole tile, so that tiles are kept when the center moves.
+  std::int64_t hop_texels = 0;
+  int levels = 0;  // how many of the finest levels to page, beside the one over everything; 0: all
+  // A level that differs; fields below 1 keep the value above.
+  struct Override {
     Level level;
     int tile_exponent = 0;
     int tiles_per_side = 0;

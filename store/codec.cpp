@@ -10,8 +10,6 @@
 namespace vt::store {
 namespace {
 
-constexpr std::size_t kMaxPayloadBytes = std::size_t{256} << 20;
-
 struct FreeZstd {
   void operator()(ZSTD_CCtx* context) const { ZSTD_freeCCtx(context); }
   void operator()(ZSTD_DCtx* context) const { ZSTD_freeDCtx(context); }
@@ -47,7 +45,7 @@ Result<Compression> parse_compression(std::string_view text) {
 }
 
 Result<EncodedPayload> encode_payload(std::span<const std::byte> raw, Compression compression) {
-  if (raw.size() > kMaxPayloadBytes)
+  if (raw.size() > kMaxRawBytes)
     return fail(ErrorCode::kInvalidData,
                 "a tile of " + std::to_string(raw.size()) + " bytes is over the limit of 256 MiB; use smaller tiles");
   switch (compression.codec) {

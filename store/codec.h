@@ -32,7 +32,10 @@ struct EncodedPayload {
   std::vector<std::byte> bytes;
 };
 
-// Falls back to kRaw when compression gains less than 3 %. `raw` is at most 256 MiB.
+// The most that one tile may decode to.
+inline constexpr std::size_t kMaxRawBytes = std::size_t{256} << 20;
+
+// Falls back to kRaw when compression gains less than 3 %. kInvalidData when `raw` is over kMaxRawBytes.
 [[nodiscard]] Result<EncodedPayload> encode_payload(std::span<const std::byte> raw, Compression compression);
 // `out` is exactly the raw size. kCorrupt when `stored` does not decode to exactly that many bytes.
 [[nodiscard]] Result<void> decode_payload(Codec codec, std::span<const std::byte> stored, std::span<std::byte> out);

@@ -28,7 +28,6 @@ inline constexpr std::uint64_t kLogStart = 2 * kSuperblockBytes;
 inline constexpr std::uint64_t kRecordAlignment = 64;
 inline constexpr std::size_t kRecordHeaderBytes = 32;
 inline constexpr std::uint64_t kMaxFileBytes = std::uint64_t{1} << 48;
-inline constexpr std::size_t kMaxRawBytes = std::size_t{256} << 20;  // of one tile
 inline constexpr std::size_t kMaxCatalogBytes = std::size_t{64} << 20;
 inline constexpr std::size_t kMaxMetadataBytes = std::size_t{16} << 20;  // of one JSON text
 inline constexpr std::size_t kMaxNameBytes = 63;

@@ -7,7 +7,6 @@
 
 namespace vt {
 
-inline constexpr int kMaxLevels = 32;        // levels 0..31
 inline constexpr int kMaxTileExponent = 12;  // tiles of 4 to 4096 texels
 inline constexpr int kMinTileExponent = 2;
 inline constexpr int kMaxVtExponent = 31;  // the finest level is at most 2^31 texels wide in its padded square

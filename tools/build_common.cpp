@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <charconv>
-#include <cmath>
 #include <thread>
 
 #include "builder/pipeline/dataset_store.h"
@@ -16,9 +15,9 @@ int thread_count(int requested) { return requested > 0 ? requested : std::max(1,
 
 std::string layer_line(const pipeline::LayerPlan& plan) {
   const LayerInfo& info = plan.info;
-  return fmt::format("layer {}: {} as {}, {} x {} texels, {} levels, tiles of {}, kernel {}, {}", info.name, channel_info(info.channel).name,
-                     format_info(info.format).name, info.data.width, info.data.height, info.finest.value + 1, info.tile_texels(), plan.kernel.name,
-                     plan.request.compression);
+  return fmt::format("layer {}: {} as {}, {} x {} texels, {} levels, tiles of {}, kernel {}, {}", info.name,
+                     channel_info(info.channel).name, format_info(info.format).name, info.data.width, info.data.height,
+                     info.finest.value + 1, info.tile_texels(), plan.kernel.name, plan.request.compression);
 }
 
 }  // namespace
@@ -27,10 +26,14 @@ void BuildFlags::add_to(CLI::App& command) {
   command.add_option("--threads", threads, "worker threads (default: one per processor)")->check(CLI::Range(1, 1024));
   command.add_option("--memory", memory, "most memory to use, for example 512M or 2G")->capture_default_str();
   command.add_option("--progress", progress, "auto (a bar on a terminal, lines elsewhere), plain or none")->capture_default_str();
-  command.add_option("--checkpoint", checkpoint_seconds, "seconds between checkpoints; at most this much work is lost when the program is killed")
+  command
+      .add_option("--checkpoint", checkpoint_seconds,
+                  "seconds between checkpoints; at most this much work is lost when the program is killed")
       ->capture_default_str()
       ->check(CLI::Range(0.01, 86400.0));
-  command.add_option("--block", block_levels, "a block of work spans 2^N tiles along an edge (default: from --memory); never changes the result")
+  command
+      .add_option("--block", block_levels,
+                  "a block of work spans 2^N tiles along an edge (default: from --memory); never changes the result")
       ->check(CLI::Range(1, 10));
   command.add_flag("--dry-run", dry_run, "print levels, tiles, bytes and memory; build nothing");
 }
@@ -50,24 +53,6 @@ Result<std::size_t> parse_bytes(const std::string& text) {
   return static_cast<std::size_t>(bytes);
 }
 
-Result<std::vector<double>> parse_numbers(const std::string& text, std::size_t count, const std::string& option) {
-  std::vector<double> numbers;
-  const char* at = text.data();
-  const char* const end = text.data() + text.size();
-  while (at <= end && numbers.size() <= count) {
-    double value = 0.0;
-    const auto [next, error] = std::from_chars(at, end, value);
-    if (error != std::errc{} || !std::isfinite(value) || (next != end && *next != ',')) break;
-    numbers.push_back(value);
-    if (next == end) {
-      if (numbers.size() == count) return numbers;
-      break;
-    }
-    at = next + 1;
-  }
-  return fail(ErrorCode::kUsage, option + " takes " + std::to_string(count) + " numbers with commas between them, found '" + text + "'");
-}
-
 Result<std::size_t> BuildFlags::memory_bytes() const { return parse_bytes(memory); }
 
 Result<cli::ProgressMode> BuildFlags::progress_mode() const {
@@ -76,7 +61,9 @@ Result<cli::ProgressMode> BuildFlags::progress_mode() const {
   return *mode;
 }
 
-std::size_t source_cache_bytes(std::size_t memory_bytes) { return std::clamp<std::size_t>(memory_bytes / 8, 4 << 20, std::size_t{128} << 20); }
+std::size_t source_cache_bytes(std::size_t memory_bytes) {
+  return std::clamp<std::size_t>(memory_bytes / 8, 4 << 20, std::size_t{128} << 20);
+}
 
 void print_plan(const pipeline::LayerPlan& plan, int threads, std::size_t memory_bytes, int block_levels) {
   const LayerInfo& info = plan.info;
@@ -103,7 +90,7 @@ void print_plan(const pipeline::LayerPlan& plan, int threads, std::size_t memory
                          cli::format_bytes(memory_bytes)));
 }
 
-Result<int> build_layers(const std::filesystem::path& path, const std::vector<pipeline::LayerPlan>& plans, const Area& area,
+Result<int> build_layers(const std::filesystem::path& path, std::vector<pipeline::LayerPlan> plans, const Area& area,
                          const BuildFlags& flags) {
   VT_ASSIGN(const std::size_t memory, flags.memory_bytes());
   VT_ASSIGN(const cli::ProgressMode mode, flags.progress_mode());
@@ -127,7 +114,7 @@ Result<int> build_layers(const std::filesystem::path& path, const std::vector<pi
 
   VT_ASSIGN(store::StoreWriter writer, pipeline::open_or_create(path, plans.front().crs, area));
   for (std::size_t i = 0; i < plans.size(); ++i) {
-    const pipeline::LayerPlan& plan = plans[i];
+    pipeline::LayerPlan& plan = plans[i];
     cli::Progress progress({.mode = mode,
                             .title = "building " + plan.info.name,
                             .unit = "texels",
@@ -144,19 +131,22 @@ Result<int> build_layers(const std::filesystem::path& path, const std::vector<pi
     if (!report && report.error().code == ErrorCode::kCancelled)
       return fail(ErrorCode::kCancelled, "stopped; what is done is kept in " + path.string() + ", run the same command again to go on");
     if (!report && report.error().code == ErrorCode::kIo)
-      return fail(ErrorCode::kIo, report.error().message + "; the store is whole up to its last checkpoint, run the same command again to go on");
+      return fail(ErrorCode::kIo,
+                  report.error().message + "; the store is whole up to its last checkpoint, run the same command again to go on");
     VT_CHECK(report);
+    plan.sampler.reset();  // closes the sources: what they keep decoded is memory that the next layer may need
     if (report->was_complete) {
       cli::print(fmt::format("{}: already complete in {}, nothing to do\n", layer_line(plan), path.string()));
       continue;
     }
     progress.finish();
     cli::print(layer_line(plan) + "\n");
-    cli::print(fmt::format("  {} tiles ({} of one value), {} in the store; {:.2f} s, {:.1f} Mpx/s, {} threads\n", report->tiles, report->constant_tiles,
-                           cli::format_bytes(report->stored_bytes), report->seconds,
+    cli::print(fmt::format("  {} tiles ({} of one value), {} in the store; {:.2f} s, {:.1f} Mpx/s, {} threads\n", report->tiles,
+                           report->constant_tiles, cli::format_bytes(report->stored_bytes), report->seconds,
                            static_cast<double>(report->base_texels) / 1e6 / report->seconds, threads));
     if (report->blocks_resumed > 0)
-      cli::print(fmt::format("  {} of {} blocks were there from an earlier run\n", report->blocks_resumed, report->blocks_resumed + report->blocks_built));
+      cli::print(fmt::format("  {} of {} blocks were there from an earlier run\n", report->blocks_resumed,
+                             report->blocks_resumed + report->blocks_built));
   }
   VT_CHECK(writer.finish());
   return 0;

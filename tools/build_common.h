@@ -1,4 +1,5 @@
-// What the subcommands of vtbuild share: options that mean the same everywhere, building one planned layer with progress, printing plans and reports.
+// What the subcommands of vtbuild share: options that mean the same everywhere, building one planned layer with progress, printing plans
+// and reports.
 #pragma once
 
 #include <CLI/CLI.hpp>
@@ -29,16 +30,15 @@ struct BuildFlags {
 
 // "512M", "2G", "800000000".
 [[nodiscard]] Result<std::size_t> parse_bytes(const std::string& text);
-// "a,b,c" into exactly `count` numbers.
-[[nodiscard]] Result<std::vector<double>> parse_numbers(const std::string& text, std::size_t count, const std::string& option);
 
 void print_plan(const pipeline::LayerPlan& plan, int threads, std::size_t memory_bytes, int block_levels);
 
 // Builds the layers in order into the store at `path`, made for `area` in the plans' CRS when it does not exist.
-[[nodiscard]] Result<int> build_layers(const std::filesystem::path& path, const std::vector<pipeline::LayerPlan>& plans, const Area& area,
+// A plan's sources are closed when its layer is built.
+[[nodiscard]] Result<int> build_layers(const std::filesystem::path& path, std::vector<pipeline::LayerPlan> plans, const Area& area,
                                        const BuildFlags& flags);
 
-// Half of the memory that is left for the sources is what they may keep decoded.
+// What the sources of a layer may keep decoded: an eighth of the memory, 4 to 128 MiB.
 [[nodiscard]] std::size_t source_cache_bytes(std::size_t memory_bytes);
 
 // Each adds its subcommand to the program and returns what to run when it was chosen.

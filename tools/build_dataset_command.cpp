@@ -20,7 +20,8 @@ Result<int> run(const DatasetFlags& flags) {
   VT_ASSIGN(std::optional<pipeline::DatasetFrame> frame, pipeline::existing_frame(flags.output));
   VT_ASSIGN(const std::size_t memory, flags.build.memory_bytes());
   if (frame && scene.crs && !frame->crs.same_coordinates(*scene.crs))
-    return fail(ErrorCode::kUsage, flags.output + " is in " + frame->crs.text() + ", the scene in " + scene.crs->text() + "; choose another store");
+    return fail(ErrorCode::kUsage,
+                flags.output + " is in " + frame->crs.text() + ", the scene in " + scene.crs->text() + "; choose another store");
 
   // Without a declared one, the first layer decides the coordinate reference system of all.
   std::vector<pipeline::LayerPlan> plans;
@@ -31,7 +32,7 @@ Result<int> run(const DatasetFlags& flags) {
     if (!scene.area) area = area ? pipeline::united(*area, plan.extent()) : plan.extent();
     plans.push_back(std::move(plan));
   }
-  return build_layers(flags.output, plans, *area, flags.build);
+  return build_layers(flags.output, std::move(plans), *area, flags.build);
 }
 
 }  // namespace

@@ -1,7 +1,9 @@
 // vtbuild layer: one layer from one or more rasters.
 
 #include <algorithm>
+#include <array>
 #include <memory>
+#include <utility>
 
 #include "builder/pipeline/dataset_store.h"
 #include "tools/build_common.h"
@@ -51,29 +53,38 @@ Result<pipeline::LayerRequest> request_from(const LayerFlags& flags, const std::
     VT_ASSIGN(source_crs, geo::Crs::from_text(flags.source_crs));
   }
   if (!flags.range.empty()) {
-    VT_ASSIGN(const std::vector<double> range, parse_numbers(flags.range, 2, "--range"));
+    std::array<double, 2> range{};
+    VT_CHECK(cli::parse_numbers(flags.range, "--range", "LOW,HIGH, two numbers", range));
     if (range[0] == range[1]) return fail(ErrorCode::kUsage, "--range needs two different values");
-    request.range = std::array<double, 2>{range[0], range[1]};
+    request.range = range;
   }
   std::optional<Area> extent;
   if (!flags.extent.empty()) {
-    VT_ASSIGN(const std::vector<double> e, parse_numbers(flags.extent, 4, "--extent"));
-    if (!(e[0] < e[2]) || !(e[1] < e[3])) return fail(ErrorCode::kUsage, "--extent is WEST,SOUTH,EAST,NORTH with west < east and south < north, found " + flags.extent);
+    std::array<double, 4> e{};
+    VT_CHECK(cli::parse_numbers(flags.extent, "--extent", "WEST,SOUTH,EAST,NORTH, four numbers", e));
+    if (!(e[0] < e[2]) || !(e[1] < e[3]))
+      return fail(ErrorCode::kUsage, "--extent is WEST,SOUTH,EAST,NORTH with west < east and south < north, found " + flags.extent);
     extent = Area{e[0], e[1], e[2], e[3]};
   }
   std::vector<int> bands;
   if (!flags.bands.empty()) {
     const auto count = static_cast<std::size_t>(std::count(flags.bands.begin(), flags.bands.end(), ',') + 1);
-    VT_ASSIGN(const std::vector<double> numbers, parse_numbers(flags.bands, count, "--bands"));
-    for (double n : numbers) bands.push_back(static_cast<int>(n));
+    std::vector<std::int64_t> numbers(count);
+    VT_CHECK(cli::parse_integers(flags.bands, "--bands", "whole numbers with commas, for example 3,2,1", numbers));
+    for (const std::int64_t n : numbers) {
+      if (!std::in_range<int>(n)) return fail(ErrorCode::kUsage, "--bands: there is no band " + std::to_string(n));
+      bands.push_back(static_cast<int>(n));
+    }
   }
   std::optional<double> nodata;
   if (!flags.nodata.empty()) {
-    VT_ASSIGN(const std::vector<double> value, parse_numbers(flags.nodata, 1, "--nodata"));
+    std::array<double, 1> value{};
+    VT_CHECK(cli::parse_numbers(flags.nodata, "--nodata", "one number", value));
     nodata = value[0];
   }
 
-  // --crs is the dataset's. A file without one is taken to be in it too, unless --source-crs says otherwise; so is a picture placed by --extent.
+  // --crs is the dataset's. A file without one is taken to be in it too, unless --source-crs says otherwise; so is a picture placed by
+  // --extent.
   request.crs = frame ? std::nullopt : crs;
   for (const std::string& input : flags.inputs) {
     pipeline::SourceRequest source;
@@ -95,10 +106,11 @@ Result<int> run(const LayerFlags& flags) {
   VT_ASSIGN(const auto frame, pipeline::existing_frame(flags.output));
   VT_ASSIGN(const pipeline::LayerRequest request, request_from(flags, frame));
   VT_ASSIGN(const std::size_t memory, flags.build.memory_bytes());
-  std::vector<pipeline::LayerPlan> plans;
   VT_ASSIGN(pipeline::LayerPlan plan, pipeline::plan_layer(request, frame, source_cache_bytes(memory)));
+  const Area extent = plan.extent();
+  std::vector<pipeline::LayerPlan> plans;
   plans.push_back(std::move(plan));
-  return build_layers(flags.output, plans, plans.front().extent(), flags.build);
+  return build_layers(flags.output, std::move(plans), extent, flags.build);
 }
 
 }  // namespace
@@ -106,20 +118,24 @@ Result<int> run(const LayerFlags& flags) {
 std::function<Result<int>()> add_layer_command(CLI::App& app) {
   auto flags = std::make_shared<LayerFlags>();
   CLI::App* command = app.add_subcommand("layer", "build one layer from georeferenced rasters, into a new store or one that exists");
-  command->add_option("INPUT", flags->inputs, "GeoTIFF, or PNG, JPEG, EXR, ... with --extent; later ones lie over earlier ones")->required();
+  command->add_option("INPUT", flags->inputs, "GeoTIFF, or PNG, JPEG, EXR, ... with --extent; later ones lie over earlier ones")
+      ->required();
   command->add_option("-o,--output", flags->output, "the store, suffix .vts")->required();
   command->add_option("--channel", flags->channel, "what the values mean: color or elevation")->required();
   command->add_option("--name", flags->name, "name of the layer (default: the channel's)");
-  command->add_option("--kernel", flags->kernel, "filter from level to level: box or kaiser3 (default: kaiser3 for color, box for elevation)");
+  command->add_option("--kernel", flags->kernel,
+                      "filter from level to level: box or kaiser3 (default: kaiser3 for color, box for elevation)");
   command->add_option("--format", flags->format, "rgb8, rgba8, bc1 or r32f (default: what the channel and the source suggest)");
   command->add_option("--compression", flags->compression, "none or zstd:N, N from 1 to 19")->capture_default_str();
   command->add_option("--tile", flags->tile, "texels along an edge of a tile, a power of two from 4 to 4096")->capture_default_str();
   command->add_option("--gsd", flags->gsd, "metres on the ground per texel of the finest level (default: the first input's own grid)");
-  command->add_option("--crs", flags->crs, "coordinate reference system of the dataset, for example EPSG:32633, or pixel (default: the first input's)");
+  command->add_option("--crs", flags->crs,
+                      "coordinate reference system of the dataset, for example EPSG:32633, or pixel (default: the first input's)");
   command->add_option("--source-crs", flags->source_crs, "what the inputs are in, whatever the files say");
   command->add_option("--extent", flags->extent, "WEST,SOUTH,EAST,NORTH: outer edges of inputs that do not carry them");
   command->add_option("--bands", flags->bands, "bands to use, counted from 1, for example 3,2,1");
-  command->add_option("--range", flags->range, "LOW,HIGH: sample values that are black and white, for colour from other than 8 or 16 bit codes");
+  command->add_option("--range", flags->range,
+                      "LOW,HIGH: sample values that are black and white, for colour from other than 8 or 16 bit codes");
   command->add_option("--nodata", flags->nodata, "sample value that means no data, whatever the files say");
   flags->build.add_to(*command);
   cli::add_help_footer(*command,

@@ -17,9 +17,12 @@ std::function<Result<int>()> add_sample_command(CLI::App& app) {
     std::string progress = "auto";
   };
   auto flags = std::make_shared<SampleFlags>();
-  CLI::App* command = app.add_subcommand("sample", "write a procedural scene whose layers fit together: imagery, elevation, materials, lights, SCENE.json");
+  CLI::App* command =
+      app.add_subcommand("sample", "write a procedural scene whose layers fit together: imagery, elevation, materials, lights, SCENE.json");
   command->add_option("-o,--output", flags->folder, "folder to write into")->required();
-  command->add_option("--size", flags->size, "texels along an edge of the imagery")->capture_default_str()->check(CLI::Range(64, 1 << 20));
+  command->add_option("--size", flags->size, "texels along an edge of the imagery")
+      ->capture_default_str()
+      ->check(CLI::Range(sample::kMinSampleSize, sample::kMaxSampleSize));
   command->add_option("--seed", flags->seed, "another number, another country")->capture_default_str();
   command->add_option("--progress", flags->progress, "auto, plain or none")->capture_default_str();
   cli::add_help_footer(*command, "  vtbuild sample -o sample && vtbuild dataset sample/SCENE.json -o sample.vts\n");

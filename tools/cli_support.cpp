@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <array>
 #include <cerrno>
+#include <charconv>
 #include <cmath>
 #include <csignal>
 #include <cstdio>
@@ -45,6 +46,26 @@ std::atomic<bool>& interrupt_flag_storage() {
 }
 
 extern "C" void on_interrupt(int) { interrupt_flag_storage().store(true, std::memory_order_relaxed); }
+
+// Exactly out.size() numbers between separators; nothing before, between or behind them.
+template <class Number>
+Result<void> parse_list(std::string_view text, std::string_view option, std::string_view form, std::span<Number> out, char separator) {
+  const char* at = text.data();
+  const char* const end = text.data() + text.size();
+  for (std::size_t i = 0; i < out.size(); ++i) {
+    const auto [stop, error] = std::from_chars(at, end, out[i]);
+    const bool is_last = i + 1 == out.size();
+    const bool ends_well = is_last ? stop == end : stop != end && *stop == separator;
+    if (error != std::errc() || !ends_well) {
+      return fail(ErrorCode::kUsage, fmt::format("{}: found \"{}\", wanted {}", option, text, form));
+    }
+    if constexpr (std::is_floating_point_v<Number>) {
+      if (!std::isfinite(out[i])) return fail(ErrorCode::kUsage, fmt::format("{}: \"{}\" is not finite", option, text));
+    }
+    at = stop + 1;
+  }
+  return {};
+}
 
 int report(std::string_view program, const Error& error) {
   print_note(program, error.message);
@@ -142,6 +163,15 @@ const std::atomic<bool>& interrupt_flag() {
   }();
   static_cast<void>(installed);
   return interrupt_flag_storage();
+}
+
+Result<void> parse_numbers(std::string_view text, std::string_view option, std::string_view form, std::span<double> out) {
+  return parse_list(text, option, form, out, ',');
+}
+
+Result<void> parse_integers(std::string_view text, std::string_view option, std::string_view form, std::span<std::int64_t> out,
+                            char separator) {
+  return parse_list(text, option, form, out, separator);
 }
 
 std::string format_bytes(std::uint64_t bytes) {

@@ -1,4 +1,5 @@
-// What every command-line program of this project does the same way: exit codes, error lines, help footers, JSON output, progress, Ctrl-C.
+// What every command-line program of this project does the same way: exit codes, error lines, help footers, numbers in arguments,
+// JSON output, progress, Ctrl-C.
 // Results go to standard output, everything else to standard error. Progress may be updated from any thread; the rest is for the main
 // thread.
 #pragma once
@@ -11,6 +12,7 @@
 #include <memory>
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 
@@ -41,6 +43,11 @@ void print_note(std::string_view program, std::string_view text);
 
 // After the first call, the first Ctrl-C (or SIGTERM) sets the flag and leaves the program running; the second ends it at once.
 [[nodiscard]] const std::atomic<bool>& interrupt_flag();
+
+// "1,2.5" to numbers, exactly as many as `out` has. kUsage: the message names `option` and shows `form`.
+[[nodiscard]] Result<void> parse_numbers(std::string_view text, std::string_view option, std::string_view form, std::span<double> out);
+[[nodiscard]] Result<void> parse_integers(std::string_view text, std::string_view option, std::string_view form,
+                                          std::span<std::int64_t> out, char separator = ',');
 
 [[nodiscard]] std::string format_bytes(std::uint64_t bytes);  // "12.3 MiB"
 [[nodiscard]] std::string format_quantity(double value);      // "12.3 M", three significant digits, decimal prefixes

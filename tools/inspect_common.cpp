@@ -5,11 +5,11 @@
 #include <algorithm>
 #include <cassert>
 #include <charconv>
-#include <cmath>
 #include <cstring>
 #include <limits>
 #include <nlohmann/json.hpp>
 
+#include "builder/channels/srgb.h"
 #include "store/bc1.h"
 
 namespace vt::inspect {
@@ -24,26 +24,6 @@ std::string quoted_layer_names(const store::StoreReader& reader) {
     if (layer.role == LayerRole::kCarry) names += " (carry)";
   }
   return names.empty() ? "none" : names;
-}
-
-// Exactly out.size() numbers between commas; nothing before, between or behind them.
-template <class Number>
-Result<void> parse_list(std::string_view text, std::string_view option, std::string_view form, std::span<Number> out) {
-  const char* at = text.data();
-  const char* const end = text.data() + text.size();
-  for (std::size_t i = 0; i < out.size(); ++i) {
-    const auto [stop, error] = std::from_chars(at, end, out[i]);
-    const bool is_last = i + 1 == out.size();
-    const bool ends_well = is_last ? stop == end : stop != end && *stop == ',';
-    if (error != std::errc() || !ends_well) {
-      return fail(ErrorCode::kUsage, fmt::format("{}: found \"{}\", wanted {}", option, text, form));
-    }
-    if constexpr (std::is_floating_point_v<Number>) {
-      if (!std::isfinite(out[i])) return fail(ErrorCode::kUsage, fmt::format("{}: \"{}\" is not finite", option, text));
-    }
-    at = stop + 1;
-  }
-  return {};
 }
 
 }  // namespace
@@ -81,7 +61,9 @@ Result<Level> choose_level(const store::StoreReader& reader, const LayerInfo& la
 }
 
 Result<geo::Crs> crs_of(const store::StoreReader& reader) {
-  const auto metadata = nlohmann::json::parse(reader.description().metadata_json, nullptr, /*allow_exceptions=*/false);
+  const std::string& text = reader.description().metadata_json;
+  if (text.empty()) return geo::Crs();  // the format takes an empty text for {}
+  const auto metadata = nlohmann::json::parse(text, nullptr, /*allow_exceptions=*/false);
   if (metadata.is_discarded() || !metadata.is_object()) {
     return fail(ErrorCode::kInvalidData, fmt::format("{}: the store's metadata is not a JSON object", reader.path().string()));
   }
@@ -93,14 +75,6 @@ Result<geo::Crs> crs_of(const store::StoreReader& reader) {
                 fmt::format("{}: the \"crs\" of the store's metadata: {}", reader.path().string(), result.error().message));
   }
   return result;
-}
-
-Result<void> parse_numbers(std::string_view text, std::string_view option, std::string_view form, std::span<double> out) {
-  return parse_list(text, option, form, out);
-}
-
-Result<void> parse_integers(std::string_view text, std::string_view option, std::string_view form, std::span<std::int64_t> out) {
-  return parse_list(text, option, form, out);
 }
 
 TexelLayout layout_of(TexelFormat format) {
@@ -197,10 +171,7 @@ Result<std::uint64_t> LevelReader::count_missing(const TexelRect& rect) const {
 const std::array<double, 256>& linear_from_srgb() {
   static const std::array<double, 256> table = [] {
     std::array<double, 256> values{};
-    for (std::size_t code = 0; code < values.size(); ++code) {
-      const double encoded = static_cast<double>(code) / 255.0;
-      values[code] = encoded <= 0.04045 ? encoded / 12.92 : std::pow((encoded + 0.055) / 1.055, 2.4);
-    }
+    for (std::size_t code = 0; code < values.size(); ++code) values[code] = channels::linear_from_srgb(static_cast<double>(code) / 255.0);
     return values;
   }();
   return table;

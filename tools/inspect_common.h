@@ -1,4 +1,4 @@
-// What vtinspect's subcommands share: opening a store, choosing a layer and a level, decoded texels, numbers from arguments.
+// What vtinspect's subcommands share: opening a store, choosing a layer and a level, decoded texels.
 // One thread. Failures are Results that name the file and what would be accepted.
 #pragma once
 
@@ -34,11 +34,6 @@ struct LayerChoice {
 
 // From the "crs" of the store's metadata; kPixel when there is none. kInvalidData names the store.
 [[nodiscard]] Result<geo::Crs> crs_of(const store::StoreReader& reader);
-
-// "1,2.5" to numbers, exactly as many as `out` has. kUsage: the message names `option` and shows `form`.
-[[nodiscard]] Result<void> parse_numbers(std::string_view text, std::string_view option, std::string_view form, std::span<double> out);
-[[nodiscard]] Result<void> parse_integers(std::string_view text, std::string_view option, std::string_view form,
-                                          std::span<std::int64_t> out);
 
 // How decoded texels lie in memory: channels interleaved, bytes or floats. BC1 decodes to three bytes.
 struct TexelLayout {

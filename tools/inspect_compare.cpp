@@ -3,14 +3,15 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cassert>
 #include <cmath>
 #include <cstring>
+#include <limits>
 #include <nlohmann/json.hpp>
 #include <numeric>
 #include <optional>
 #include <vector>
 
+#include "builder/channels/read_samples.h"
 #include "builder/source/raster_source.h"
 #include "store/sample_type.h"
 #include "store/store_reader.h"
@@ -288,34 +289,6 @@ Result<Comparison> compare_stores(const CompareOptions& options) {
   return comparison;
 }
 
-// Numbers of any sample type as doubles.
-double raster_sample(const std::byte* at, SampleType type) {
-  const auto load = [at](auto value) {
-    std::memcpy(&value, at, sizeof value);
-    return static_cast<double>(value);
-  };
-  switch (type) {
-    case SampleType::kUint8:
-      return load(std::uint8_t{});
-    case SampleType::kInt8:
-      return load(std::int8_t{});
-    case SampleType::kUint16:
-      return load(std::uint16_t{});
-    case SampleType::kInt16:
-      return load(std::int16_t{});
-    case SampleType::kUint32:
-      return load(std::uint32_t{});
-    case SampleType::kInt32:
-      return load(std::int32_t{});
-    case SampleType::kFloat32:
-      return load(float{});
-    case SampleType::kFloat64:
-      return load(double{});
-  }
-  assert(false);
-  return 0.0;
-}
-
 // Where the raster's first sample lies, counted in the layer's finest texels from the data's north-west corner. Nothing, with the reason in
 // `problem`, when the raster's samples are not the layer's texels.
 std::optional<TexelRect> raster_in_layer(const source::RasterInfo& raster, const LayerInfo& layer, const geo::Crs& crs,
@@ -355,7 +328,7 @@ std::optional<TexelRect> raster_in_layer(const source::RasterInfo& raster, const
 class RasterComparer {
  public:
   RasterComparer(const store::StoreReader& reader, const LayerInfo& layer, const source::RasterSource& raster)
-      : reader_(reader), layer_(layer), raster_(raster), layout_(layout_of(layer.format)), level_(reader, layer, layer.finest) {}
+      : layer_(layer), raster_(raster), layout_(layout_of(layer.format)), level_(reader, layer, layer.finest) {}
 
   // `overlap` is in texels from the data's corner, `raster_at` is where the raster's first sample lies in the same terms.
   [[nodiscard]] Result<LevelDifference> compare(const TexelRect& overlap, const TexelRect& raster_at, cli::Progress& progress) {
@@ -405,7 +378,7 @@ class RasterComparer {
     const source::RasterInfo& info = raster_.info();
     const std::size_t sample_size = sample_bytes(info.sample_type);
     const auto raster_value = [&](std::size_t band) {
-      return raster_sample(&samples_[(texel * bands + band) * sample_size], info.sample_type);
+      return channels::read_sample(info.sample_type, &samples_[(texel * bands + band) * sample_size]);
     };
     const double nan = std::numeric_limits<double>::quiet_NaN();
     // Where there is no measurement a value means nothing, so neither side's is looked at.
@@ -415,7 +388,7 @@ class RasterComparer {
     for (std::size_t channel = 0; channel < channels; ++channel) {
       const double stored = store_has ? sample_at(texels_, texel * channels + channel, layout_.is_float) : nan;
       double given = raster_has ? raster_value(channel) : nan;
-      if (info.nodata && (given == *info.nodata || static_cast<float>(given) == static_cast<float>(*info.nodata))) given = nan;
+      if (info.nodata && channels::equals_nodata(info.sample_type, given, *info.nodata)) given = nan;
       // Byte formats without coverage have no way to say "no data", so a hole in the raster is compared with nothing.
       if (std::isnan(given) && !layout_.is_float && !has_coverage_channel(layer_)) continue;
       const bool is_light = layer_.transfer == Transfer::kSrgb && !layout_.is_float && channel < 3 && given >= 0.0 && given <= 255.0;
@@ -424,7 +397,6 @@ class RasterComparer {
     }
   }
 
-  const store::StoreReader& reader_;
   const LayerInfo& layer_;
   const source::RasterSource& raster_;
   TexelLayout layout_;

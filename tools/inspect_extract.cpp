@@ -13,7 +13,7 @@
 #include "store/store_reader.h"
 #include "store/vt_mapping.h"
 #include "tools/inspect_mosaic.h"
-#include "tools/inspect_picture.h"
+#include "tools/picture_writer.h"
 
 namespace vt::inspect {
 
@@ -119,7 +119,7 @@ Result<TexelRect> window_rect(const ExtractOptions& options, const LayerInfo& la
   const TexelRect data = layer.data_rect(level);
   if (options.window.empty()) return data;
   std::array<std::int64_t, 4> numbers{};
-  VT_CHECK(parse_integers(options.window, "--window", "X,Y,W,H, four whole numbers", numbers));
+  VT_CHECK(cli::parse_integers(options.window, "--window", "X,Y,W,H, four whole numbers", numbers));
   const auto [x, y, width, height] = numbers;
   // Written so that no sum can overflow.
   const bool fits = x >= 0 && y >= 0 && width > 0 && height > 0 && x < data.width && y < data.height && width <= data.width - x &&
@@ -159,7 +159,8 @@ struct Job {
   std::uint64_t missing_tiles;
 };
 
-Result<void> extract_bytes(const ExtractOptions& options, const Job& job, LevelReader& level, PictureSpec spec, cli::Progress& progress) {
+Result<void> extract_bytes(const ExtractOptions& options, const Job& job, LevelReader& level, cli::PictureSpec spec,
+                           cli::Progress& progress) {
   const TexelLayout layout = layout_of(job.layer.format);
   spec.channels = layout.channels;
   spec.is_srgb = job.layer.transfer == Transfer::kSrgb;
@@ -169,7 +170,7 @@ Result<void> extract_bytes(const ExtractOptions& options, const Job& job, LevelR
     spec.channels = 4;
     spec.last_is_alpha = true;
   }
-  VT_ASSIGN(const auto picture, create_picture(options.output, spec));
+  VT_ASSIGN(const auto picture, cli::create_picture(options.output, spec));
   std::vector<std::byte> with_alpha;
   const auto write_band = [&](Band& band) -> Result<void> {
     if (needs_alpha) append_alpha(band, layout.channels, with_alpha);
@@ -181,7 +182,8 @@ Result<void> extract_bytes(const ExtractOptions& options, const Job& job, LevelR
   return picture->finish();
 }
 
-Result<void> extract_floats(const ExtractOptions& options, const Job& job, LevelReader& level, PictureSpec spec, cli::Progress& progress) {
+Result<void> extract_floats(const ExtractOptions& options, const Job& job, LevelReader& level, cli::PictureSpec spec,
+                            cli::Progress& progress) {
   spec.channels = layout_of(job.layer.format).channels;
   spec.is_float = true;
   std::optional<float> replacement;
@@ -189,7 +191,7 @@ Result<void> extract_floats(const ExtractOptions& options, const Job& job, Level
     spec.nodata = nodata_to_write(job.layer);
     if (spec.nodata && !std::isnan(*spec.nodata)) replacement = static_cast<float>(*spec.nodata);
   }
-  VT_ASSIGN(const auto picture, create_picture(options.output, spec));
+  VT_ASSIGN(const auto picture, cli::create_picture(options.output, spec));
   const auto write_band = [&](Band& band) -> Result<void> {
     if (replacement) replace_nan(band.texels, *replacement);
     VT_CHECK(picture->write_rows(band.texels, band.rect.height));
@@ -201,7 +203,7 @@ Result<void> extract_floats(const ExtractOptions& options, const Job& job, Level
 }
 
 // Twice over the window: once for the range, once to write.
-Result<void> extract_stretched(const ExtractOptions& options, const Job& job, LevelReader& level, PictureSpec spec,
+Result<void> extract_stretched(const ExtractOptions& options, const Job& job, LevelReader& level, cli::PictureSpec spec,
                                cli::Progress& progress) {
   const TexelLayout layout = layout_of(job.layer.format);
   ValueRange range;
@@ -217,7 +219,7 @@ Result<void> extract_stretched(const ExtractOptions& options, const Job& job, Le
   const int shown = layout.channels == 1 ? 1 : 3;
   spec.channels = shown + (range.has_holes ? 1 : 0);
   spec.last_is_alpha = range.has_holes;
-  VT_ASSIGN(const auto picture, create_picture(options.output, spec));
+  VT_ASSIGN(const auto picture, cli::create_picture(options.output, spec));
   std::vector<std::byte> bytes;
   const auto write_band = [&](Band& band) -> Result<void> {
     stretch(band.texels, layout.channels, shown, range.has_holes, range, bytes);
@@ -230,17 +232,17 @@ Result<void> extract_stretched(const ExtractOptions& options, const Job& job, Le
 }
 
 Result<void> extract(const ExtractOptions& options, const Job& job) {
-  VT_ASSIGN(const PictureKind kind, picture_kind(options.output));
+  VT_ASSIGN(const cli::PictureKind kind, cli::picture_kind(options.output));
   const bool is_float = layout_of(job.layer.format).is_float;
-  if (kind == PictureKind::kExr && !is_float) {
+  if (kind == cli::PictureKind::kExr && !is_float) {
     return fail(ErrorCode::kUsage, fmt::format("{}: layer {} holds 8-bit codes ({}) and EXR holds floats; write .png or .tif",
                                                options.output.string(), job.layer.name, format_info(job.layer.format).name));
   }
 
-  PictureSpec spec;
+  cli::PictureSpec spec;
   spec.width = job.rect.width;
   spec.height = job.rect.height;
-  if (kind == PictureKind::kTiff) {
+  if (kind == cli::PictureKind::kTiff) {
     VT_ASSIGN(spec.crs, crs_of(job.reader));
     spec.transform = transform_of(job.reader.description().area, job.layer, job.level, job.rect);
   }
@@ -251,7 +253,7 @@ Result<void> extract(const ExtractOptions& options, const Job& job) {
   progress.update(0);
   if (!is_float) {
     VT_CHECK(extract_bytes(options, job, level, spec, progress));
-  } else if (kind == PictureKind::kPng) {
+  } else if (kind == cli::PictureKind::kPng) {
     VT_CHECK(extract_stretched(options, job, level, spec, progress));
   } else {
     VT_CHECK(extract_floats(options, job, level, spec, progress));
@@ -263,11 +265,12 @@ Result<void> extract(const ExtractOptions& options, const Job& job) {
 }  // namespace
 
 Result<int> run_extract(const ExtractOptions& options) {
-  VT_ASSIGN(const PictureKind kind, picture_kind(options.output));
+  VT_ASSIGN(const cli::PictureKind kind, cli::picture_kind(options.output));
   VT_ASSIGN(const store::StoreReader reader, store::StoreReader::open(options.store));
   VT_ASSIGN(const LayerInfo* const layer, choose_layer(reader, options.choice.layer));
   if (options.mosaic) {
-    if (kind != PictureKind::kPng) return fail(ErrorCode::kUsage, fmt::format("{}: --mosaic writes .png only", options.output.string()));
+    if (kind != cli::PictureKind::kPng)
+      return fail(ErrorCode::kUsage, fmt::format("{}: --mosaic writes .png only", options.output.string()));
     VT_ASSIGN(const std::string description, write_mosaic(reader, *layer, options.output));
     cli::print(fmt::format("{}: {}\n", options.output.string(), description));
     return 0;

@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "tools/inspect_common.h"
-#include "tools/inspect_picture.h"
+#include "tools/picture_writer.h"
 
 namespace vt::inspect {
 
@@ -125,7 +125,7 @@ Result<std::string> write_mosaic(const store::StoreReader& reader, const LayerIn
       1, count);
   const std::int64_t rows = (count + columns - 1) / columns;
 
-  PictureSpec spec;
+  cli::PictureSpec spec;
   spec.width = kGap + columns * (cell_width + kGap);
   spec.height = kGap + rows * (cell_height + kGap);
   spec.channels = 3;
@@ -158,7 +158,7 @@ Result<std::string> write_mosaic(const store::StoreReader& reader, const LayerIn
     whole += cell.shown == data ? 1 : 0;
   }
 
-  VT_ASSIGN(const auto picture, create_picture(output, spec));
+  VT_ASSIGN(const auto picture, cli::create_picture(output, spec));
   VT_CHECK(picture->write_rows(sheet, spec.height));
   VT_CHECK(picture->finish());
   std::string text = fmt::format("levels 0 to {} of layer {}", int{layer.finest.value}, layer.name);

@@ -36,7 +36,7 @@ nlohmann::ordered_json pair_json(Point2 point) { return {point.x, point.y}; }
 
 Result<Point2> crs_from_argument(const SampleOptions& options, const geo::Crs& crs) {
   std::array<double, 2> numbers{};
-  VT_CHECK(parse_numbers(options.lonlat, "--lonlat", "LON,LAT, two numbers in degrees", numbers));
+  VT_CHECK(cli::parse_numbers(options.lonlat, "--lonlat", "LON,LAT, two numbers in degrees", numbers));
   if (crs.definition().projection == geo::Projection::kPixel) {
     return fail(ErrorCode::kUsage, fmt::format("{}: has no place on the Earth; use --texel or --uv", options.store.string()));
   }
@@ -54,7 +54,7 @@ Result<Point2> position_from_arguments(const SampleOptions& options, const VtMap
   const TexelRect data = layer.data_rect(level);
   if (!options.texel.empty()) {
     std::array<std::int64_t, 2> numbers{};
-    VT_CHECK(parse_integers(options.texel, "--texel", "X,Y, two whole numbers", numbers));
+    VT_CHECK(cli::parse_integers(options.texel, "--texel", "X,Y, two whole numbers", numbers));
     const auto [x, y] = numbers;
     if (x < 0 || y < 0 || x >= data.width || y >= data.height) {
       return fail(ErrorCode::kNotFound,
@@ -66,7 +66,7 @@ Result<Point2> position_from_arguments(const SampleOptions& options, const VtMap
   }
   if (!options.uv.empty()) {
     std::array<double, 2> numbers{};
-    VT_CHECK(parse_numbers(options.uv, "--uv", "U,V, two numbers from 0 to 1", numbers));
+    VT_CHECK(cli::parse_numbers(options.uv, "--uv", "U,V, two numbers from 0 to 1", numbers));
     return mapping.texel_from_uv(level, {numbers[0], numbers[1]});
   }
   VT_ASSIGN(const Point2 position, crs_from_argument(options, crs));
@@ -74,9 +74,8 @@ Result<Point2> position_from_arguments(const SampleOptions& options, const VtMap
 }
 
 // What is valid, in the terms in which the place was given.
-std::string valid_range(const SampleOptions& options, const VtMapping& mapping, const LayerInfo& layer, Level level, const geo::Crs& crs) {
+std::string valid_range(const SampleOptions& options, const VtMapping& mapping, const LayerInfo& layer, const geo::Crs& crs) {
   // At the finest level: coarser texels may reach beyond the data.
-  static_cast<void>(level);
   const TexelRect& data = layer.data;
   const Point2 north_west{static_cast<double>(data.x), static_cast<double>(data.y)};
   const Point2 south_east{static_cast<double>(data.right()), static_cast<double>(data.bottom())};
@@ -169,7 +168,7 @@ Result<int> run_sample(const SampleOptions& options) {
     return fail(
         ErrorCode::kNotFound,
         fmt::format("{}: {} {} is outside layer {}; valid: {}", options.store.string(), options.uv.empty() ? "longitude, latitude" : "u, v",
-                    options.uv.empty() ? options.lonlat : options.uv, layer->name, valid_range(options, mapping, *layer, level, crs)));
+                    options.uv.empty() ? options.lonlat : options.uv, layer->name, valid_range(options, mapping, *layer, crs)));
   }
 
   // The east and south edges belong to the last texel, as u = 1 and v = 0 belong to the area.

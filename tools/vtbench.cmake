@@ -5,5 +5,5 @@ vt_room(vt_bench
 
 vt_program(vtbench
   SOURCES vtbench.cpp bench_accuracy_command.cpp bench_build_command.cpp bench_frame_command.cpp bench_lookup_command.cpp bench_parts.cpp
-  LINKS vt_bench vt_cli vt_pipeline vt_sample TBB::tbb CLI11::CLI11 fmt::fmt)
+  LINKS vt_bench vt_cli vt_pipeline vt_sample CLI11::CLI11 fmt::fmt)
 target_compile_definitions(vtbench PRIVATE VT_VERSION="${PROJECT_VERSION}")

@@ -4,8 +4,12 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <array>
 #include <chrono>
+#include <cmath>
 #include <nlohmann/json.hpp>
+#include <numbers>
+#include <span>
 #include <thread>
 
 #include "builder/geo/crs.h"
@@ -13,8 +17,8 @@
 #include "store/store_reader.h"
 #include "tools/cli_support.h"
 #include "tools/egl_context.h"
+#include "tools/picture_writer.h"
 #include "tools/vtrender_gl.h"
-#include "tools/vtrender_png.h"
 #include "tools/vtrender_scene.h"
 
 namespace vt::tools {
@@ -50,41 +54,20 @@ constexpr const char* kExamples =
     "  vtrender scene.vts -o levels.png --tint-levels --camera 0.5,0.3,1200,0,-20,45\n"
     "  vtrender scene.vts --frames 600 --fly --json";
 
-template <class... Numbers>
-bool parse_numbers(const std::string& text, char separator, Numbers&... numbers) {
-  std::size_t at = 0;
-  bool ok = true;
-  std::size_t left = sizeof...(numbers);
-  const auto one = [&](double& number) {
-    --left;
-    const std::size_t end = left == 0 ? text.size() : text.find(separator, at);
-    if (!ok || end == std::string::npos || end == at) {
-      ok = false;
-      return;
-    }
-    const std::string part = text.substr(at, end - at);
-    char* stop = nullptr;
-    number = std::strtod(part.c_str(), &stop);
-    ok = *stop == '\0' && std::isfinite(number);
-    at = end + 1;
-  };
-  (one(numbers), ...);
-  return ok;
-}
-
 Result<std::pair<int, int>> parse_size(const std::string& text) {
-  double width = 0.0;
-  double height = 0.0;
-  if (!parse_numbers(text, 'x', width, height) || width < 1 || height < 1 || width > 8192 || height > 8192 || width != std::floor(width) ||
-      height != std::floor(height))
-    return fail(ErrorCode::kUsage, "--size is WIDTHxHEIGHT, 1 to 8192 pixels each, such as 1280x720; \"" + text + "\" is not");
-  return std::pair(static_cast<int>(width), static_cast<int>(height));
+  constexpr const char* kForm = "WIDTHxHEIGHT, 1 to 8192 pixels each, such as 1280x720";
+  std::array<std::int64_t, 2> size{};
+  VT_CHECK(cli::parse_integers(text, "--size", kForm, size, 'x'));
+  for (const std::int64_t pixels : size)
+    if (pixels < 1 || pixels > 8192) return fail(ErrorCode::kUsage, fmt::format("--size: found \"{}\", wanted {}", text, kForm));
+  return std::pair(static_cast<int>(size[0]), static_cast<int>(size[1]));
 }
 
 Result<Camera> parse_camera(const std::string& text) {
-  Camera c;
-  if (!parse_numbers(text, ',', c.u, c.v, c.height_m, c.heading_deg, c.pitch_deg, c.fov_deg))
-    return fail(ErrorCode::kUsage, "--camera is U,V,HEIGHT,HEADING,PITCH,FOV: six numbers with commas; \"" + text + "\" is not");
+  std::array<double, 6> numbers{};
+  VT_CHECK(cli::parse_numbers(text, "--camera", "U,V,HEIGHT,HEADING,PITCH,FOV, six numbers", numbers));
+  const auto [u, v, height_m, heading_deg, pitch_deg, fov_deg] = numbers;
+  const Camera c{.u = u, .v = v, .height_m = height_m, .heading_deg = heading_deg, .pitch_deg = pitch_deg, .fov_deg = fov_deg};
   if (c.fov_deg <= 0.0 || c.fov_deg >= 170.0 || c.pitch_deg < -90.0 || c.pitch_deg > 90.0 || c.height_m <= 0.0)
     return fail(ErrorCode::kUsage, "--camera: the height is above 0, the pitch -90 to 90 degrees, the field of view 0 to 170 degrees");
   return c;
@@ -116,6 +99,18 @@ Result<std::optional<runtime::HeightField>> read_heights(const store::StoreReade
   }
   VT_ASSIGN(runtime::HeightField heights, runtime::HeightField::read(reader, chosen->id, 1024));
   return std::optional<runtime::HeightField>(std::move(heights));
+}
+
+// `rgba` as glReadPixels gives it: rows from the bottom. Alpha is dropped.
+Result<void> write_png(const std::filesystem::path& path, int width, int height, std::span<const std::uint8_t> rgba) {
+  VT_ASSIGN(const auto picture, cli::create_picture(path, {.width = width, .height = height, .channels = 3}));
+  std::vector<std::byte> row(static_cast<std::size_t>(width) * 3);
+  for (int y = height - 1; y >= 0; --y) {
+    const auto pixels = std::as_bytes(rgba).subspan(static_cast<std::size_t>(y) * static_cast<std::size_t>(width) * 4);
+    for (std::size_t x = 0; x < static_cast<std::size_t>(width); ++x) std::copy_n(&pixels[x * 4], 3, &row[x * 3]);
+    VT_CHECK(picture->write_rows(row, 1));
+  }
+  return picture->finish();
 }
 
 // Draws patches with the tiles that the virtual texture selects for them.
@@ -224,6 +219,8 @@ Result<int> run(const Flags& flags) {
   VT_ASSIGN(const auto size, parse_size(flags.size));
   const auto [width, height] = size;
   if (flags.output.empty() && flags.frames == 0) return fail(ErrorCode::kUsage, "nothing to do: give -o PICTURE, or --frames N");
+  if (!flags.output.empty() && cli::picture_kind(flags.output) != cli::PictureKind::kPng)
+    return fail(ErrorCode::kUsage, flags.output + ": vtrender writes .png only");
   const bool shader = flags.path == "glsl";
 
   VT_ASSIGN(store::StoreReader opened, store::StoreReader::open(flags.store));
@@ -311,7 +308,7 @@ Result<int> run(const Flags& flags) {
   const View view = terrain.view(camera, width, height);
   terrain.visible(view, patches);
   renderer.draw(view, patches);
-  if (!flags.output.empty()) VT_CHECK(write_picture(flags.output, width, height, renderer.pixels()));
+  if (!flags.output.empty()) VT_CHECK(write_png(flags.output, width, height, renderer.pixels()));
 
   double stages = 0.0;
   for (const runtime::StageSet& set : renderer.last_sets()) stages += set.count;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <chrono>
 #include <condition_variable>
+#include <exception>
 #include <mutex>
 #include <thread>
 
@@ -28,17 +29,23 @@ Result<OpenLayers> open_layers(store::StoreWriter& writer, const LayerPlan& plan
   OpenLayers layers;
   if (const auto existing = writer.find_layer(plan.info.name)) {
     const auto metadata = nlohmann::ordered_json::parse(existing->metadata_json, nullptr, false);
-    if (!metadata.is_object() || !metadata.contains("settings") || metadata["settings"] != plan.settings || !metadata.contains("block_levels") ||
-        !metadata["block_levels"].is_number_integer())
+    if (!metadata.is_object() || !metadata.contains("settings") || metadata["settings"] != plan.settings ||
+        !metadata.contains("block_levels") || !metadata["block_levels"].is_number_integer())
       return fail(ErrorCode::kExists, "the store already has a layer '" + plan.info.name +
                                           "' that was built from other sources or settings; choose another --name or another store");
     layers.ids.texture = existing->id;
     layers.is_complete = existing->state == LayerState::kComplete;
     layers.block_levels = metadata["block_levels"].get<int>();
     if (layers.block_levels < 1 || layers.block_levels > kMaxTileExponent)
-      return fail(ErrorCode::kInvalidData, "layer '" + plan.info.name + "': its metadata say block_levels " + std::to_string(layers.block_levels) +
-                                               ", 1 to 12 are possible");
-    if (const auto carry = writer.find_layer(carry_name(plan.info.name))) layers.ids.carry = carry->id;
+      return fail(ErrorCode::kInvalidData, "layer '" + plan.info.name + "': its metadata say block_levels " +
+                                               std::to_string(layers.block_levels) + ", 1 to 12 are possible");
+    const auto carry = writer.find_layer(carry_name(plan.info.name));
+    const bool needs_carry = !layers.is_complete && plan.info.finest.value >= layers.block_levels;
+    if (needs_carry && (!carry || carry->role != LayerRole::kCarry || carry->owner != layers.ids.texture))
+      return fail(ErrorCode::kInvalidData, "layer '" + plan.info.name + "' is unfinished and its carry layer '" +
+                                               carry_name(plan.info.name) +
+                                               "' is not in the store, so its build cannot go on; choose another --name or another store");
+    if (carry) layers.ids.carry = carry->id;
     return layers;
   }
 
@@ -69,7 +76,14 @@ class TierRun {
  public:
   TierRun(const LayerPlan& plan, LayerIds ids, const Tier& tier, bool first_tier, store::StoreWriter& writer, const BuildOptions& options,
           std::atomic<std::uint64_t>& done_texels, std::uint64_t total_texels)
-      : plan_(plan), ids_(ids), tier_(tier), first_tier_(first_tier), writer_(writer), options_(options), done_texels_(done_texels), total_(total_texels) {}
+      : plan_(plan),
+        ids_(ids),
+        tier_(tier),
+        first_tier_(first_tier),
+        writer_(writer),
+        options_(options),
+        done_texels_(done_texels),
+        total_(total_texels) {}
 
   // Commits every checkpoint_seconds while the workers run.
   [[nodiscard]] Result<void> run(int threads) {
@@ -107,7 +121,7 @@ class TierRun {
         if (first_tier_) report(static_cast<std::uint64_t>(part.width * part.height));
         continue;
       }
-      auto result = job.run(tier_, first_tier_, index, report, options_.cancel);
+      auto result = run_block(job, index, report);
       if (!result) {
         const std::lock_guard lock(mutex_);
         stop_with(result.error());
@@ -117,6 +131,16 @@ class TierRun {
     }
     const std::lock_guard lock(mutex_);
     if (--running_ == 0) finished_.notify_all();
+  }
+
+  // An exception (out of memory) ends the build, not the process.
+  [[nodiscard]] Result<void> run_block(BlockJob& job, std::int64_t index, const std::function<void(std::uint64_t)>& report) {
+    try {
+      return job.run(tier_, first_tier_, index, report, options_.cancel);
+    } catch (const std::exception& problem) {
+      return fail(ErrorCode::kInternal, "layer '" + plan_.info.name + "', level " + std::to_string(tier_.base.value) + ", block " +
+                                            std::to_string(index) + ": " + problem.what());
+    }
   }
 
   void stop_with(const Error& error) {  // under mutex_
@@ -136,8 +160,8 @@ class TierRun {
   std::atomic<bool> stopped_{false};
   std::mutex mutex_;
   std::condition_variable finished_;
-  int running_ = 0;              // under mutex_
-  std::optional<Error> error_;   // under mutex_
+  int running_ = 0;             // under mutex_
+  std::optional<Error> error_;  // under mutex_
 };
 
 }  // namespace

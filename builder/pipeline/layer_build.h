@@ -1,5 +1,6 @@
-// Carries out a plan: blocks on all cores, tiles into the store, checkpoints on the way. A build that was interrupted goes on where its last checkpoint
-// left it when the same plan is built again; the tiles are the same bytes at any thread count, block size or number of interruptions.
+// Carries out a plan: blocks on all cores, tiles into the store, checkpoints on the way. A build that was interrupted goes on where its
+// last checkpoint left it when the same plan is built again; the tiles are the same bytes at any thread count, block size or number of
+// interruptions.
 #pragma once
 
 #include <atomic>
@@ -12,19 +13,19 @@
 namespace vt::pipeline {
 
 struct BuildOptions {
-  int threads = 0;                                  // 0: as many as the machine has
+  int threads = 0;  // 0: as many as the machine has
   std::size_t memory_bytes = std::size_t{512} << 20;
-  int block_levels = 0;                             // 0: chosen from the memory; a block spans 2^block_levels tiles along an edge
-  double checkpoint_seconds = 10.0;                 // at most this much work is lost when the process is killed
+  int block_levels = 0;              // 0: chosen from the memory; a block spans 2^block_levels tiles along an edge
+  double checkpoint_seconds = 10.0;  // what is lost when the process is killed: this much work, and the blocks in hand
   std::function<void(std::uint64_t done_texels, std::uint64_t total_texels)> progress;  // from any thread
-  const std::atomic<bool>* cancel = nullptr;        // becomes true: commit what is done and return kCancelled
+  const std::atomic<bool>* cancel = nullptr;  // becomes true: commit what is done and return kCancelled
 };
 
 struct BuildReport {
-  bool was_complete = false;         // nothing to do
+  bool was_complete = false;  // nothing to do
   std::int64_t blocks_built = 0;
-  std::int64_t blocks_resumed = 0;   // found in the store from an earlier run
-  std::uint64_t base_texels = 0;     // of the data at the finest level
+  std::int64_t blocks_resumed = 0;  // found in the store from an earlier run
+  std::uint64_t base_texels = 0;    // of the data at the finest level
   std::uint64_t tiles = 0;
   std::uint64_t constant_tiles = 0;
   std::uint64_t stored_bytes = 0;

@@ -34,7 +34,14 @@ Area area_from(const json& value) {
   return {value.at("west").get<double>(), value.at("south").get<double>(), value.at("east").get<double>(), value.at("north").get<double>()};
 }
 
-Result<SourceRequest> source_from(const json& value, const std::filesystem::path& folder) {
+// The coordinate reference system that `text` names; `where` is its place in the file.
+Result<geo::Crs> crs_from(const std::string& text, const std::string& where) {
+  auto crs = geo::Crs::from_text(text);
+  if (!crs) return fail(crs.error().code, where + ": " + crs.error().message);
+  return crs;
+}
+
+Result<SourceRequest> source_from(const json& value, const std::filesystem::path& folder, const std::string& where) {
   SourceRequest source;
   if (value.is_string()) {
     source.path = folder / value.get<std::string>();
@@ -42,7 +49,7 @@ Result<SourceRequest> source_from(const json& value, const std::filesystem::path
   }
   source.path = folder / value.at("file").get<std::string>();
   if (value.contains("crs")) {
-    VT_ASSIGN(source.crs, geo::Crs::from_text(value["crs"].get<std::string>()));
+    VT_ASSIGN(source.crs, crs_from(value["crs"].get<std::string>(), where + "/crs"));
   }
   if (value.contains("extent")) {
     const json& e = value["extent"];
@@ -59,13 +66,15 @@ Result<LayerRequest> layer_from(const json& value, const Scene& scene, const std
   const auto channel = channel_from_name(value.at("channel").get<std::string>());
   if (!channel) return fail(ErrorCode::kInvalidData, where + "/channel: unknown channel '" + value.at("channel").get<std::string>() + "'");
   layer.channel = *channel;
+  std::size_t index = 0;
   for (const json& source : value.at("sources")) {
-    VT_ASSIGN(SourceRequest request, source_from(source, folder));
+    VT_ASSIGN(SourceRequest request, source_from(source, folder, where + "/sources/" + std::to_string(index++)));
     layer.sources.push_back(std::move(request));
   }
   if (value.contains("format")) {
     layer.format = format_from_name(value["format"].get<std::string>());
-    if (!layer.format) return fail(ErrorCode::kInvalidData, where + "/format: unknown texel format '" + value["format"].get<std::string>() + "'");
+    if (!layer.format)
+      return fail(ErrorCode::kInvalidData, where + "/format: unknown texel format '" + value["format"].get<std::string>() + "'");
   }
   layer.kernel = value.value("kernel", layer.kernel);
   layer.compression = value.value("compression", layer.compression);
@@ -82,7 +91,8 @@ Result<void> check_against_dataset_schema(const json& document, const std::strin
   try {
     const json schema_document = json::parse(kDatasetSchema);
     valijson::Schema schema;
-    valijson::SchemaParser(valijson::SchemaParser::kDraft7).populateSchema(valijson::adapters::NlohmannJsonAdapter(schema_document), schema);
+    valijson::SchemaParser(valijson::SchemaParser::kDraft7)
+        .populateSchema(valijson::adapters::NlohmannJsonAdapter(schema_document), schema);
     valijson::ValidationResults results;
     valijson::Validator validator;
     if (validator.validate(schema, valijson::adapters::NlohmannJsonAdapter(document), &results)) return {};
@@ -116,9 +126,7 @@ Result<Scene> read_scene(const std::filesystem::path& path) {
   Scene scene;
   scene.name = document.value("name", path.stem().string());
   if (document.contains("crs")) {
-    auto crs = geo::Crs::from_text(document["crs"].get<std::string>());
-    if (!crs) return fail(crs.error().code, path.string() + ": at /crs: " + crs.error().message);
-    scene.crs = *crs;
+    VT_ASSIGN(scene.crs, crs_from(document["crs"].get<std::string>(), path.string() + ": at /crs"));
   }
   if (document.contains("area")) scene.area = area_from(document["area"]);
   std::size_t index = 0;

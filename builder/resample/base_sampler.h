@@ -1,6 +1,6 @@
-// The finest level of a layer, by rectangles: every source is brought onto the layer's grid and into its filter space, in the order given, later
-// sources over earlier ones. A source whose own grid is the layer's grid is passed through sample by sample; any other is resampled (bilinear).
-// Threads: a BaseSampler is immutable and shared; a BaseChunk belongs to one thread.
+// The finest level of a layer, by rectangles: every source is brought onto the layer's grid and into its filter space, in the order given,
+// later sources over earlier ones. A source whose own grid is the layer's grid is passed through sample by sample; any other is resampled
+// (bilinear). Threads: a BaseSampler is immutable and shared; a BaseChunk belongs to one thread.
 #pragma once
 
 #include <cstddef>
@@ -43,7 +43,6 @@ class BaseSampler {
   [[nodiscard]] Result<void> load(const TexelRect& rect, BaseChunk& chunk) const;
 
  private:
-  friend class BaseChunk;
   [[nodiscard]] Result<void> load_resampled(const PlacedSource& source, const TexelRect& part, BaseChunk& chunk) const;
   [[nodiscard]] Result<void> load_aligned(const PlacedSource& source, const TexelRect& part, BaseChunk& chunk) const;
 
@@ -62,9 +61,7 @@ class BaseChunk {
 
  private:
   friend class BaseSampler;
-  [[nodiscard]] float* plane_row(std::int64_t row, int plane) {
-    return planes_.data() + (row * plane_count_ + plane) * rect_.width;
-  }
+  [[nodiscard]] float* plane_row(std::int64_t row, int plane) { return planes_.data() + (row * plane_count_ + plane) * rect_.width; }
 
   TexelRect rect_;
   const channels::ChannelCodec* codec_ = nullptr;

@@ -6,21 +6,23 @@
 #include <unistd.h>
 
 #include <cerrno>
+#include <string>
 #include <system_error>
 
 namespace vt::source {
 
 Result<std::shared_ptr<const FileBytes>> FileBytes::open(const std::filesystem::path& path) {
-  const auto refusal = [&](int error) {
-    return fail(ErrorCode::kIo, fmt::format("{}: cannot read it: {}", path.string(), std::generic_category().message(error)));
+  const auto refusal = [&](const std::string& why) {
+    return fail(ErrorCode::kIo, fmt::format("{}: cannot read it: {}", path.string(), why));
   };
   const int descriptor = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
-  if (descriptor < 0) return refusal(errno);
+  if (descriptor < 0) return refusal(std::generic_category().message(errno));
   struct stat status {};
-  if (::fstat(descriptor, &status) != 0 || !S_ISREG(status.st_mode)) {
-    const int error = S_ISDIR(status.st_mode) ? EISDIR : EINVAL;
+  const int failed = ::fstat(descriptor, &status) == 0 ? 0 : errno;
+  if (failed != 0 || !S_ISREG(status.st_mode)) {
     ::close(descriptor);
-    return refusal(error);
+    if (failed != 0) return refusal(std::generic_category().message(failed));
+    return refusal(S_ISDIR(status.st_mode) ? "it is a folder" : "it is not a regular file");
   }
   return std::shared_ptr<const FileBytes>(new FileBytes(path, descriptor, static_cast<std::uint64_t>(status.st_size)));
 }

@@ -15,7 +15,7 @@ namespace vt::source {
 namespace {
 
 constexpr int kMaxDirectories = 1024;
-constexpr std::int64_t kDirectChunkBytes = std::int64_t{1} << 20;
+constexpr std::int64_t kBytesAtOnce = std::int64_t{1} << 20;  // of one direct read
 
 // From which band of a plane to which place in the output's sample.
 struct BandPick {
@@ -213,7 +213,7 @@ class GeoTiffSource final : public RasterSource {
         const std::int64_t block_left = block_x * layout.block_width;
         const std::int64_t left = std::max(window.x, block_left);
         const std::int64_t columns = std::min(right, block_left + layout.block_width) - left;
-        const std::int64_t rows_at_once = std::max<std::int64_t>(1, kDirectChunkBytes / (columns * in_stride));
+        const std::int64_t rows_at_once = std::max<std::int64_t>(1, kBytesAtOnce / (columns * in_stride));
         std::int64_t row = std::max(window.y, block_top);
         for (const std::int64_t end = std::min(bottom, block_top + layout.block_height); row < end;) {
           const std::int64_t rows = std::min(rows_at_once, end - row);

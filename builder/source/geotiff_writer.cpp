@@ -15,17 +15,10 @@
 #include <vector>
 
 #include "builder/geo/geo_keys.h"
+#include "builder/source/geo_tags.h"
 
 namespace vt::source {
 namespace {
-
-constexpr std::uint32_t kModelPixelScale = 33550;
-constexpr std::uint32_t kModelTiepoint = 33922;
-constexpr std::uint32_t kModelTransformation = 34264;
-constexpr std::uint32_t kGeoKeyDirectory = 34735;
-constexpr std::uint32_t kGeoDoubleParams = 34736;
-constexpr std::uint32_t kGeoAsciiParams = 34737;
-constexpr std::uint32_t kGdalNodata = 42113;
 
 // Classic TIFF ends at 4 GiB; incompressible data grow a little and tables come on top.
 constexpr double kClassicLimitBytes = 4.0e9;

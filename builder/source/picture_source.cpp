@@ -168,14 +168,16 @@ class PictureSource final : public RasterSource {
     const int y_end = y_begin + static_cast<int>(rows);
     const OIIO::TypeDesc type = oiio_type(info_.sample_type);
     bool ok = false;
+    std::string thrown;
     try {
       ok = info_.tiled ? input.decoder->read_tiles(0, 0, spec.x, spec.x + spec.width, y_begin, y_end, spec.z, spec.z + 1, 0, spec.nchannels,
                                                    type, block.data())
                        : input.decoder->read_scanlines(0, 0, y_begin, y_end, spec.z, 0, spec.nchannels, type, block.data());
-    } catch (const std::exception&) {
-      // OpenEXR throws through some readers; the message below says what matters.
+    } catch (const std::exception& problem) {  // OpenEXR throws through some readers
+      thrown = problem.what();
     }
-    const std::string reason = input.decoder->geterror();
+    std::string reason = input.decoder->geterror();
+    if (reason.empty()) reason = thrown;
     if (!ok || !reason.empty()) {
       return fail(ErrorCode::kCorrupt,
                   fmt::format("{}: row {}, column 0: {}", info_.path.string(), top, reason.empty() ? "cannot be decoded" : reason));

@@ -39,7 +39,7 @@ struct RasterInfo {
   std::string compression;  // for reports: "none", "deflate", "lzw", "zstd", "jpeg", ...
 };
 
-// A window in samples; may reach outside the raster (those samples are left untouched in the output, see read()).
+// A window in samples.
 struct Window {
   std::int64_t x = 0;
   std::int64_t y = 0;

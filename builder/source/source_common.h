@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
 #include <span>
 
 #include "builder/source/raster_source.h"
@@ -12,6 +13,18 @@ namespace vt::source {
 
 // Largest decoded piece that any source holds at once.
 inline constexpr std::int64_t kMaxCellBytes = std::int64_t{256} << 20;
+
+// One sample at any place, aligned or not.
+template <class T>
+[[nodiscard]] T load(const std::byte* place) {
+  T value;
+  std::memcpy(&value, place, sizeof value);
+  return value;
+}
+template <class T>
+void store(std::byte* place, T value) {
+  std::memcpy(place, &value, sizeof value);
+}
 
 // Extent, CRS and nodata as the caller or a world file give them.
 [[nodiscard]] Result<void> apply_options(const OpenOptions& options, RasterInfo& info);

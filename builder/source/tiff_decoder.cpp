@@ -39,17 +39,6 @@ void swap_samples(int bits, std::span<std::byte> bytes) {
   }
 }
 
-template <class T>
-void store(std::byte* place, T value) {
-  std::memcpy(place, &value, sizeof value);
-}
-template <class T>
-T load(const std::byte* place) {
-  T value;
-  std::memcpy(&value, place, sizeof value);
-  return value;
-}
-
 // Most significant bit first, rows start at whole bytes, whatever the file's byte order; writers of 24-bit samples keep to that too.
 template <class T>
 void unpack_row(const std::byte* row, int bits, std::int64_t count, std::byte* out) {

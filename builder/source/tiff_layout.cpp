@@ -9,16 +9,10 @@
 #include <limits>
 #include <string_view>
 
+#include "builder/source/geo_tags.h"
+
 namespace vt::source {
 namespace {
-
-constexpr std::uint16_t kModelPixelScale = 33550;
-constexpr std::uint16_t kModelTiepoint = 33922;
-constexpr std::uint16_t kModelTransformation = 34264;
-constexpr std::uint16_t kGeoKeyDirectory = 34735;
-constexpr std::uint16_t kGeoDoubleParams = 34736;
-constexpr std::uint16_t kGeoAsciiParams = 34737;
-constexpr std::uint16_t kGdalNodata = 42113;
 
 constexpr int kMaxBands = 4096;
 constexpr std::int64_t kMaxBlocks = std::int64_t{1} << 31;

@@ -19,6 +19,8 @@
 #include <valijson/validation_results.hpp>
 #include <valijson/validator.hpp>
 
+#include "tests/support/temp_folder.h"
+
 namespace vt::test {
 
 namespace {
@@ -41,21 +43,10 @@ int open_output(const std::filesystem::path& path, StandardOutput output) {
 
 }  // namespace
 
-EmptyDirectory::EmptyDirectory() {
-  std::string name = (std::filesystem::temp_directory_path() / "vt_cli_XXXXXX").string();
-  if (::mkdtemp(name.data()) == nullptr) throw_errno("mkdtemp");
-  path_ = name;
-}
-
-EmptyDirectory::~EmptyDirectory() {
-  std::error_code ignored;
-  std::filesystem::remove_all(path_, ignored);
-}
-
 Outcome run_program(const std::string& program, const std::vector<std::string>& arguments, const std::filesystem::path& directory,
                     StandardOutput output) {
   // Outside `directory`, which the test may want to find as the program left it.
-  const EmptyDirectory said;
+  const TempFolder said;
   const int in = ::open("/dev/null", O_RDONLY);
   const int out = open_output(said / "out", output);
   const int err = open_output(said / "err", StandardOutput::kKept);

@@ -9,20 +9,6 @@
 
 namespace vt::test {
 
-// A directory of its own, removed with everything in it.
-class EmptyDirectory {
- public:
-  EmptyDirectory();
-  EmptyDirectory(const EmptyDirectory&) = delete;
-  EmptyDirectory& operator=(const EmptyDirectory&) = delete;
-  ~EmptyDirectory();
-  [[nodiscard]] const std::filesystem::path& path() const { return path_; }
-  [[nodiscard]] std::filesystem::path operator/(const std::string& name) const { return path_ / name; }
-
- private:
-  std::filesystem::path path_;
-};
-
 struct Outcome {
   int exit_code = -1;  // 128 + n when signal n ended the program
   std::string out;

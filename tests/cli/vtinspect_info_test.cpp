@@ -1,3 +1,4 @@
+#include "store/store_writer.h"
 #include "tests/cli/vtinspect_run.h"
 
 namespace vt::test {
@@ -69,6 +70,16 @@ TEST_F(VtinspectInfo, TableShowsLayersAndBothNumberings) {
   }
   EXPECT_THAT(outcome.out, testing::ContainsRegex("\n +0 +2 +10 x 6 +40 "));
   EXPECT_THAT(outcome.out, testing::ContainsRegex("\n +2 +0 +40 x 24 +10 "));
+}
+
+TEST_F(VtinspectInfo, EmptyMetadataMeansNoPlaceOnTheEarth) {
+  auto writer = store::StoreWriter::create(directory_ / "s.vts", {.area = {}, .metadata_json = ""});
+  ASSERT_TRUE(writer.has_value()) << writer.error().message;
+  ASSERT_TRUE(writer->finish().has_value());
+  const Outcome outcome = run({"info", "s.vts"});
+  EXPECT_EQ(outcome.exit_code, 0);
+  EXPECT_EQ(outcome.err, "");
+  EXPECT_THAT(outcome.out, HasSubstr("CRS         pixel"));
 }
 
 TEST_F(VtinspectInfo, ListsTextureLayersForScripts) {

@@ -11,6 +11,7 @@
 
 #include "tests/cli/program_run.h"
 #include "tests/cli/sample_store.h"
+#include "tests/support/temp_folder.h"
 
 namespace vt::test {
 
@@ -35,7 +36,7 @@ class VtinspectTest : public testing::Test {
     return names;
   }
 
-  EmptyDirectory directory_;
+  TempFolder directory_;
 };
 
 }  // namespace vt::test

@@ -133,6 +133,26 @@ TEST(Failures, AFullDiskLosesNothingThatWasCommitted) {
   }
 }
 
+TEST(Failures, AnUnfinishedLayerWithoutItsCarryIsNotBuiltIntoAnother) {
+  const test::TempFolder folder;
+  write_raster(folder / "input.tif", {.width = 150, .height = 120}, noisy_code);
+  const LayerRequest request = request_for({folder / "input.tif"}, ChannelType::kColor);
+  const auto path = folder / "store.vts";
+  build(path, request, {.threads = 1, .block_levels = 1});
+  auto writer = store::StoreWriter::open(path);
+  ASSERT_TRUE(writer.has_value());
+  const auto carry = writer->find_layer("color/carry");
+  ASSERT_TRUE(carry.has_value());
+  ASSERT_TRUE(writer->remove_layer(carry->id).has_value());
+  ASSERT_TRUE(writer->set_state(writer->find_layer("color")->id, LayerState::kBuilding).has_value());
+  const auto plan = plan_layer(request, existing_frame(path).value(), 1 << 20);
+  ASSERT_TRUE(plan.has_value()) << plan.error().message;
+  const auto report = build_layer(*writer, *plan, {.threads = 1});
+  ASSERT_FALSE(report.has_value());
+  EXPECT_EQ(report.error().code, ErrorCode::kInvalidData);
+  EXPECT_NE(report.error().message.find("color/carry"), std::string::npos) << report.error().message;
+}
+
 TEST(Failures, AFolderThatCannotBeWrittenIsAnOutputError) {
   const auto frame = existing_frame("/proc/no/such.vts");
   ASSERT_TRUE(frame.has_value());

@@ -64,6 +64,15 @@ TEST_F(SceneFile, NamesTheJsonPathOfWhatIsWrong) {
   expect_refused(head + R"({"name": "c", "channel": "color", "sources": ["a.tif"]}, {"name": "c", "channel": "color", "sources": ["a.tif"]}]})", "twice");
 }
 
+TEST_F(SceneFile, AnUnknownCoordinateSystemNamesItsPlace) {
+  const auto scene = read(R"({"format": "vt-scene", "version": 1, "name": "n",
+    "layers": [{"name": "c", "channel": "color", "sources": ["a.tif", {"file": "b.tif", "crs": "EPSG:9999"}]}]})");
+  ASSERT_FALSE(scene.has_value());
+  EXPECT_EQ(scene.error().code, ErrorCode::kUnsupported);
+  for (const char* part : {"SCENE.json", "/layers/0/sources/1/crs", "EPSG:9999"})
+    EXPECT_NE(scene.error().message.find(part), std::string::npos) << scene.error().message;
+}
+
 TEST_F(SceneFile, MissingFileIsAnInputError) {
   const auto scene = read_scene(folder_ / "none.json");
   ASSERT_FALSE(scene.has_value());

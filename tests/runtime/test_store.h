@@ -1,8 +1,6 @@
 // Small stores whose texels are known by formula, and sources that watch or slow down the loader.
 #pragma once
 
-#include <unistd.h>
-
 #include <array>
 #include <atomic>
 #include <chrono>
@@ -17,24 +15,11 @@
 #include "runtime/tile_source.h"
 #include "store/store_reader.h"
 #include "store/store_writer.h"
+#include "tests/support/temp_folder.h"
 
 namespace vt::runtime::test {
 
-// A folder that goes with the test.
-class TempFolder {
- public:
-  TempFolder() {
-    std::string pattern = (std::filesystem::temp_directory_path() / "vt_runtime_XXXXXX").string();
-    path_ = ::mkdtemp(pattern.data());
-  }
-  ~TempFolder() { std::filesystem::remove_all(path_); }
-  TempFolder(const TempFolder&) = delete;
-  TempFolder& operator=(const TempFolder&) = delete;
-  [[nodiscard]] std::filesystem::path operator/(const std::string& name) const { return path_ / name; }
-
- private:
-  std::filesystem::path path_;
-};
+using vt::test::TempFolder;
 
 inline std::uint32_t hash_of(std::uint32_t a, std::uint32_t b, std::uint32_t c) {
   std::uint32_t h = a * 0x9E3779B1U ^ b * 0x85EBCA77U ^ c * 0xC2B2AE3DU;

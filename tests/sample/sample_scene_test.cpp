@@ -2,7 +2,6 @@
 
 #include <gtest/gtest.h>
 #include <tbb/task_arena.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <fstream>
@@ -13,6 +12,7 @@
 #include "builder/sample/bands.h"
 #include "builder/source/raster_source.h"
 #include "tests/sample/schema_check.h"
+#include "tests/support/temp_folder.h"
 
 namespace vt::sample {
 namespace {
@@ -23,13 +23,6 @@ const std::vector<std::string> kFiles{"imagery.tif", "elevation.tif", "materials
 
 class SampleScene : public testing::Test {
  protected:
-  void SetUp() override {
-    dir_ = fs::temp_directory_path() /
-           ("vt_sample_test_" + std::to_string(getpid()) + "_" + testing::UnitTest::GetInstance()->current_test_info()->name());
-    fs::remove_all(dir_);
-  }
-  void TearDown() override { fs::remove_all(dir_); }
-
   // Writes a scene into a folder of its own.
   fs::path write(const std::string& name, std::int64_t size, std::uint64_t seed = 1) {
     const fs::path folder = dir_ / name;
@@ -43,7 +36,8 @@ class SampleScene : public testing::Test {
   }
   static nlohmann::json json_of(const fs::path& path) { return nlohmann::json::parse(bytes_of(path)); }
 
-  fs::path dir_;
+  const test::TempFolder temp_;
+  const fs::path dir_ = temp_ / "scenes";  // not made yet
 };
 
 TEST_F(SampleScene, SameBytesTwiceAndAtAnyThreadCount) {

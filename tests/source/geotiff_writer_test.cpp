@@ -14,24 +14,13 @@
 #include <thread>
 
 #include "builder/source/raster_source.h"
+#include "tests/support/temp_folder.h"
 
 namespace vt::source {
 namespace {
 
+using test::TempFolder;
 using Compression = GeoTiffSpec::Compression;
-
-class TempFolder {
- public:
-  TempFolder() {
-    std::string pattern = (std::filesystem::temp_directory_path() / "vt_source_XXXXXX").string();
-    folder_ = ::mkdtemp(pattern.data());
-  }
-  ~TempFolder() { std::filesystem::remove_all(folder_); }
-  std::filesystem::path operator/(const std::string& name) const { return folder_ / name; }
-
- private:
-  std::filesystem::path folder_;
-};
 
 std::vector<std::byte> noise(std::size_t bytes, std::uint32_t seed) {
   std::mt19937 random(seed);

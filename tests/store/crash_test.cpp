@@ -120,7 +120,7 @@ void expect_whole(const std::filesystem::path& path, std::uint64_t at_least, std
 }
 
 TEST(Crash, EveryReplayOfTheWriteLogIsAWholeGeneration) {
-  const ScratchFolder folder;
+  const TempFolder folder;
   std::vector<LoggedOperation> log;
   const WriterOptions recording{.before_operation = [&](const Operation& operation) {
     log.push_back({operation.kind, operation.offset, Bytes(operation.bytes.begin(), operation.bytes.end())});
@@ -213,7 +213,7 @@ TEST(Crash, EveryReplayOfTheWriteLogIsAWholeGeneration) {
 TEST(Crash, AFullDiskAtAnyWriteLeavesTheLastCommit) {
   for (const bool for_good : {true, false}) {
     for (std::size_t refuse_at = 0;; ++refuse_at) {
-      const ScratchFolder folder;
+      const TempFolder folder;
       const auto path = folder / "a.vts";
       std::size_t count = 0;
       const WriterOptions options{.before_operation =
@@ -267,7 +267,7 @@ TEST(Crash, AFullDiskAtAnyWriteLeavesTheLastCommit) {
 
 TEST(Crash, AKilledWriterNeverLosesACommitNorShowsHalfOfOne) {
   constexpr int kKills = 240;
-  const ScratchFolder folder;
+  const TempFolder folder;
   const auto path = folder / "a.vts";
   {
     StoreWriter writer = value_of(StoreWriter::create(path, {}));
@@ -314,7 +314,7 @@ TEST(Crash, AKilledWriterNeverLosesACommitNorShowsHalfOfOne) {
 }
 
 TEST(Threads, ManyThreadsPutReadAndAskAtOnce) {
-  const ScratchFolder folder;
+  const TempFolder folder;
   StoreWriter writer = value_of(StoreWriter::create(folder / "a.vts", {}, {.sync = false}));
   const LayerInfo layer = small_layer("l", TexelFormat::kRgba8, 3, 7);
   const LayerId id = value_of(writer.add_layer(layer));

@@ -35,7 +35,7 @@ void set_uuid(Bytes& store) {
 
 // One layer of one 4x4 RGB8 tile: every structure once.
 Bytes smallest_store() {
-  const ScratchFolder folder;
+  const TempFolder folder;
   StoreWriter writer = value_of(StoreWriter::create(folder / "a.vts", {}));
   LayerInfo layer = small_layer("color", TexelFormat::kRgb8, 2, 0);
   layer.transfer = Transfer::kSrgb;
@@ -53,7 +53,7 @@ Bytes smallest_store() {
 // Every format, raw, compressed and constant tiles, a carry layer, an index two pages deep, an older generation.
 Contents rich_contents;
 Bytes rich_store() {
-  const ScratchFolder folder;
+  const TempFolder folder;
   Contents& truth = rich_contents;
   truth.clear();
   StoreWriter writer = value_of(StoreWriter::create(

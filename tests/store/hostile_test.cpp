@@ -29,7 +29,7 @@ struct Victim {
 };
 
 Victim make_victim() {
-  const ScratchFolder folder;
+  const TempFolder folder;
   Victim victim;
   StoreWriter writer = value_of(StoreWriter::create(folder / "a.vts", {}, {.sync = false}));
   const LayerInfo color = small_layer("color", TexelFormat::kRgb8, 2, 2);

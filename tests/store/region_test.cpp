@@ -73,7 +73,7 @@ TEST_P(Region, IsTheNearestAncestorsTexelEverywhere) {
   const FormatInfo& format = format_info(GetParam());
   std::mt19937 random(17);
   for (int round = 0; round < 12; ++round) {
-    const ScratchFolder folder;
+    const TempFolder folder;
     const int finest = 1 + static_cast<int>(random() % 5);
     const LayerInfo layer = small_layer("l", GetParam(), 2 + static_cast<int>(random() % 3), finest);
     StoreWriter writer = value_of(StoreWriter::create(folder / "a.vts", {}, {.sync = false}));
@@ -138,7 +138,7 @@ INSTANTIATE_TEST_SUITE_P(Formats, Region,
                          [](const auto& instance) { return std::string(format_info(instance.param).name); });
 
 TEST(ReadRegion, AWholeTileIsTheTile) {
-  const ScratchFolder folder;
+  const TempFolder folder;
   StoreWriter writer = value_of(StoreWriter::create(folder / "a.vts", {}));
   const LayerInfo layer = small_layer("l", TexelFormat::kRgb8, 5, 2);
   const LayerId id = value_of(writer.add_layer(layer));
@@ -152,7 +152,7 @@ TEST(ReadRegion, AWholeTileIsTheTile) {
 }
 
 TEST(ReadRegion, FarOutsideAndEmptyRectanglesAreOrdinary) {
-  const ScratchFolder folder;
+  const TempFolder folder;
   StoreWriter writer = value_of(StoreWriter::create(folder / "a.vts", {}));
   const LayerId id = value_of(writer.add_layer(small_layer("l", TexelFormat::kR32Float, 5, 2)));
   succeed(writer.finish());

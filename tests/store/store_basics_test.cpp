@@ -20,7 +20,7 @@ constexpr TexelFormat kAllFormats[] = {TexelFormat::kRgb8,     TexelFormat::kRgb
 TileId tile_at(int level, std::uint32_t x, std::uint32_t y) { return {Level{static_cast<std::uint8_t>(level)}, x, y}; }
 
 TEST(Store, KeepsEveryFormatRawAndCompressed) {
-  const ScratchFolder folder;
+  const TempFolder folder;
   Contents truth;
   StoreWriter writer = value_of(StoreWriter::create(folder / "a.vts", {}));
   for (const TexelFormat format : kAllFormats) {
@@ -42,7 +42,7 @@ TEST(Store, KeepsEveryFormatRawAndCompressed) {
 }
 
 TEST(Store, KeepsEveryFieldOfALayerAndOfTheDataset) {
-  const ScratchFolder folder;
+  const TempFolder folder;
   const StoreDescription description{.area = {.west = 179.0, .south = -12.25, .east = 181.5, .north = -10.0},
                                      .metadata_json = R"({"crs":"EPSG:4326"})"};
   StoreWriter writer = value_of(StoreWriter::create(folder / "a.vts", description));
@@ -93,7 +93,7 @@ TEST(Store, KeepsEveryFieldOfALayerAndOfTheDataset) {
 }
 
 TEST(Store, ExpandsConstantsAndSharesTheirRecord) {
-  const ScratchFolder folder;
+  const TempFolder folder;
   StoreWriter writer = value_of(StoreWriter::create(folder / "a.vts", {}));
   const LayerInfo layer = small_layer("c", TexelFormat::kRgb8, 4, 5);
   const LayerId id = value_of(writer.add_layer(layer));
@@ -119,7 +119,7 @@ TEST(Store, ExpandsConstantsAndSharesTheirRecord) {
 }
 
 TEST(Store, SparseDeepTilesAreFoundAndTheirNeighboursAreAbsent) {
-  const ScratchFolder folder;
+  const TempFolder folder;
   StoreWriter writer = value_of(StoreWriter::create(folder / "a.vts", {}));
   const LayerInfo layer = small_layer("deep", TexelFormat::kRgb8, 2, 23);
   const LayerId id = value_of(writer.add_layer(layer));
@@ -148,7 +148,7 @@ TEST(Store, SparseDeepTilesAreFoundAndTheirNeighboursAreAbsent) {
 }
 
 TEST(Store, NearestPresentClimbsToTheFirstAncestor) {
-  const ScratchFolder folder;
+  const TempFolder folder;
   StoreWriter writer = value_of(StoreWriter::create(folder / "a.vts", {}));
   const LayerInfo layer = small_layer("l", TexelFormat::kRgb8, 2, 8);
   const LayerId id = value_of(writer.add_layer(layer));
@@ -163,7 +163,7 @@ TEST(Store, NearestPresentClimbsToTheFirstAncestor) {
 }
 
 TEST(Store, ReopensAndAppends) {
-  const ScratchFolder folder;
+  const TempFolder folder;
   const LayerInfo layer = small_layer("l", TexelFormat::kRgba8, 3, 6);
   Contents truth;
   succeed(value_of(StoreWriter::create(folder / "a.vts", {})).finish());
@@ -189,7 +189,7 @@ TEST(Store, ReopensAndAppends) {
 }
 
 TEST(Store, AReaderSeesOneGenerationWhateverTheWriterDoes) {
-  const ScratchFolder folder;
+  const TempFolder folder;
   const LayerInfo layer = small_layer("l", TexelFormat::kRgb8, 3, 3);
   StoreWriter writer = value_of(StoreWriter::create(folder / "a.vts", {}));
   const LayerId id = value_of(writer.add_layer(layer));
@@ -211,7 +211,7 @@ TEST(Store, AReaderSeesOneGenerationWhateverTheWriterDoes) {
 }
 
 TEST(Store, RemovingALayerTakesItsCarryLayersAndFreesTheName) {
-  const ScratchFolder folder;
+  const TempFolder folder;
   StoreWriter writer = value_of(StoreWriter::create(folder / "a.vts", {}));
   const LayerInfo layer = small_layer("l", TexelFormat::kRgb8, 3, 3);
   const LayerId id = value_of(writer.add_layer(layer));
@@ -236,7 +236,7 @@ TEST(Store, RemovingALayerTakesItsCarryLayersAndFreesTheName) {
 }
 
 TEST(Store, RefusesASecondWriterAndSaysWhy) {
-  const ScratchFolder folder;
+  const TempFolder folder;
   const StoreWriter writer = value_of(StoreWriter::create(folder / "a.vts", {}));
   const auto second = StoreWriter::open(folder / "a.vts");
   ASSERT_FALSE(second);
@@ -245,14 +245,14 @@ TEST(Store, RefusesASecondWriterAndSaysWhy) {
 }
 
 TEST(Store, NeverReplacesAFile) {
-  const ScratchFolder folder;
+  const TempFolder folder;
   write_file(folder / "a.vts", Bytes(3));
   EXPECT_EQ(StoreWriter::create(folder / "a.vts", {}).error().code, ErrorCode::kExists);
   EXPECT_EQ(read_file(folder / "a.vts"), Bytes(3));
 }
 
 TEST(Store, OpeningWhatIsNotAStoreNamesTheFileAndTheReason) {
-  const ScratchFolder folder;
+  const TempFolder folder;
   EXPECT_EQ(StoreReader::open(folder / "none.vts").error().code, ErrorCode::kIo);
   EXPECT_EQ(StoreWriter::open(folder / "none.vts").error().code, ErrorCode::kIo);
   write_file(folder / "empty.vts", {});
@@ -268,7 +268,7 @@ TEST(Store, OpeningWhatIsNotAStoreNamesTheFileAndTheReason) {
 }
 
 TEST(Store, RefusesLayersOutOfRangeBeforeAnythingIsWritten) {
-  const ScratchFolder folder;
+  const TempFolder folder;
   StoreWriter writer = value_of(StoreWriter::create(folder / "a.vts", {}));
   const LayerInfo good = small_layer("good", TexelFormat::kRgb8, 8, 4);
   ASSERT_TRUE(writer.add_layer(good));
@@ -301,7 +301,7 @@ TEST(Store, RefusesLayersOutOfRangeBeforeAnythingIsWritten) {
 }
 
 TEST(Store, RefusesTilesOutsideThePyramidAndPayloadsOfAnotherSize) {
-  const ScratchFolder folder;
+  const TempFolder folder;
   StoreWriter writer = value_of(StoreWriter::create(folder / "a.vts", {}));
   const LayerInfo layer = small_layer("l", TexelFormat::kRgb8, 3, 4);
   const LayerId id = value_of(writer.add_layer(layer));
@@ -316,7 +316,7 @@ TEST(Store, RefusesTilesOutsideThePyramidAndPayloadsOfAnotherSize) {
 }
 
 TEST(Store, AnUnchangedStoreIsNotWrittenAgain) {
-  const ScratchFolder folder;
+  const TempFolder folder;
   StoreWriter writer = value_of(StoreWriter::create(folder / "a.vts", {}));
   ASSERT_TRUE(writer.add_layer(small_layer("l", TexelFormat::kRgb8, 3, 4)));
   succeed(writer.commit());
@@ -330,7 +330,7 @@ TEST(Store, AnUnchangedStoreIsNotWrittenAgain) {
 
 // More leaves than the writer keeps in memory, touched in an order that makes it drop and fetch them again and again.
 TEST(Store, AnIndexLargerThanTheCacheSurvivesRandomOrder) {
-  const ScratchFolder folder;
+  const TempFolder folder;
   StoreWriter writer = value_of(StoreWriter::create(folder / "a.vts", {}, {.sync = false}));
   const LayerInfo layer = small_layer("l", TexelFormat::kRgb8, 2, 12);
   const LayerId id = value_of(writer.add_layer(layer));

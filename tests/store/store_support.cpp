@@ -1,24 +1,10 @@
 #include "tests/store/store_support.h"
 
-#include <unistd.h>
-
-#include <cstdlib>
 #include <fstream>
 
 #include "store/layout.h"
 
 namespace vt::store::test {
-
-ScratchFolder::ScratchFolder() {
-  std::string name = (std::filesystem::temp_directory_path() / "vt-store-XXXXXX").string();
-  if (mkdtemp(name.data()) == nullptr) throw std::runtime_error("no scratch folder");
-  path_ = name;
-}
-
-ScratchFolder::~ScratchFolder() {
-  std::error_code ignored;
-  std::filesystem::remove_all(path_, ignored);
-}
 
 Bytes read_file(const std::filesystem::path& path) {
   std::ifstream file(path, std::ios::binary);

@@ -1,4 +1,4 @@
-// What the store's tests share: a scratch folder, small layers, tiles whose content follows from their name, whole files as bytes.
+// What the store's tests share: small layers, tiles whose content follows from their name, whole files as bytes.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -16,23 +16,13 @@
 #include "store/result.h"
 #include "store/store_reader.h"
 #include "store/store_writer.h"
+#include "tests/support/temp_folder.h"
 
 namespace vt::store::test {
 
 using Bytes = std::vector<std::byte>;
 
-// A folder of its own, gone with the test.
-class ScratchFolder {
- public:
-  ScratchFolder();
-  ~ScratchFolder();
-  ScratchFolder(const ScratchFolder&) = delete;
-  ScratchFolder& operator=(const ScratchFolder&) = delete;
-  [[nodiscard]] std::filesystem::path operator/(std::string_view name) const { return path_ / name; }
-
- private:
-  std::filesystem::path path_;
-};
+using vt::test::TempFolder;
 
 [[nodiscard]] Bytes read_file(const std::filesystem::path& path);
 void write_file(const std::filesystem::path& path, std::span<const std::byte> bytes);

@@ -31,7 +31,7 @@ std::vector<int> numbers_in(const std::filesystem::path& path, const ValidateOpt
 }
 
 struct ValidateTest : testing::Test {
-  ScratchFolder folder;
+  TempFolder folder;
   std::filesystem::path path = folder / "a.vts";
   LayerInfo layer = small_layer("color", TexelFormat::kRgb8, 3, 3);
 

@@ -26,9 +26,9 @@ using store::StoreWriter;
 using store::test::Bytes;
 using store::test::encoded;
 using store::test::read_file;
-using store::test::ScratchFolder;
 using store::test::small_layer;
 using store::test::succeed;
+using store::test::TempFolder;
 using store::test::tile_bytes;
 using store::test::value_of;
 
@@ -186,14 +186,14 @@ void put_constant(StoreWriter& writer, const LayerInfo& layer, LayerId id, TileI
 }
 
 TEST(NaiveStoreReader, AgreesOnAStoreWithoutLayers) {
-  const ScratchFolder folder;
+  const TempFolder folder;
   value_of(StoreWriter::create(folder / "a.vts", {}));
   EXPECT_EQ(expect_agreement(folder / "a.vts"), 0U);
   EXPECT_EQ(NaiveStoreReader::open(folder / "a.vts").generation(), 1U);
 }
 
 TEST(NaiveStoreReader, AgreesOnEveryFormatAndEveryField) {
-  const ScratchFolder folder;
+  const TempFolder folder;
   StoreWriter writer =
       value_of(StoreWriter::create(folder / "a.vts", {.area = {.west = 179.5, .south = -18.25, .east = 180.5, .north = -17.0},
                                                       .metadata_json = R"({"crs":"EPSG:4326"})"}));
@@ -227,7 +227,7 @@ TEST(NaiveStoreReader, AgreesOnEveryFormatAndEveryField) {
 }
 
 TEST(NaiveStoreReader, AgreesOnFarApartTilesOfDeepLevels) {
-  const ScratchFolder folder;
+  const TempFolder folder;
   StoreWriter writer = value_of(StoreWriter::create(folder / "a.vts", {}));
   std::set<TileId> named;
   std::uint64_t tiles = 0;
@@ -252,7 +252,7 @@ TEST(NaiveStoreReader, AgreesOnFarApartTilesOfDeepLevels) {
 }
 
 TEST(NaiveStoreReader, AgreesOnFullPages) {
-  const ScratchFolder folder;
+  const TempFolder folder;
   StoreWriter writer = value_of(StoreWriter::create(folder / "a.vts", {}));
   const LayerInfo layer = small_layer("full", TexelFormat::kRgb8, 2, 6);
   const LayerId id = value_of(writer.add_layer(layer));
@@ -273,7 +273,7 @@ TEST(NaiveStoreReader, AgreesOnFullPages) {
 }
 
 TEST(NaiveStoreReader, AgreesOnEveryGenerationOfAStoreThatIsAppendedTo) {
-  const ScratchFolder folder;
+  const TempFolder folder;
   const auto path = folder / "a.vts";
   value_of(StoreWriter::create(path, {}));
   std::mt19937 random(7);
@@ -313,7 +313,7 @@ TEST(NaiveStoreReader, AgreesOnEveryGenerationOfAStoreThatIsAppendedTo) {
 }
 
 TEST(NaiveStoreReader, AgreesOnALayerEmptiedOfItsTiles) {
-  const ScratchFolder folder;
+  const TempFolder folder;
   StoreWriter writer = value_of(StoreWriter::create(folder / "a.vts", {}));
   const LayerInfo layer = small_layer("color", TexelFormat::kRgb8, 2, 12);
   const LayerId id = value_of(writer.add_layer(layer));
@@ -328,7 +328,7 @@ TEST(NaiveStoreReader, AgreesOnALayerEmptiedOfItsTiles) {
 }
 
 TEST(NaiveStoreReader, AgreesThatNothingLiesOutsideALevel) {
-  const ScratchFolder folder;
+  const TempFolder folder;
   StoreWriter writer = value_of(StoreWriter::create(folder / "a.vts", {}));
   const LayerInfo layer = small_layer("color", TexelFormat::kRgb8, 2, 1);
   const LayerId id = value_of(writer.add_layer(layer));
@@ -406,7 +406,7 @@ class DamagedStore : public testing::Test {
               {color_id, tile_at(6, 0, 63)}, {color_id, tile_at(6, 63, 63)}, {carry_id, tile_at(0, 0, 0)}};
   }
 
-  ScratchFolder folder_;
+  TempFolder folder_;
   std::filesystem::path path_ = folder_ / "a.vts";
   Bytes file_;
   std::vector<std::pair<LayerId, TileId>> tiles_;

@@ -1,4 +1,4 @@
-#include "tools/inspect_picture.h"
+#include "tools/picture_writer.h"
 
 #include <OpenImageIO/imageio.h>
 #include <fmt/format.h>
@@ -12,7 +12,7 @@
 
 #include "builder/source/geotiff_writer.h"
 
-namespace vt::inspect {
+namespace vt::cli {
 
 namespace {
 
@@ -133,4 +133,4 @@ Result<std::unique_ptr<PictureWriter>> create_picture(const std::filesystem::pat
   return kind == PictureKind::kTiff ? create_geotiff(path, spec) : create_oiio(path, spec);
 }
 
-}  // namespace vt::inspect
+}  // namespace vt::cli

@@ -1,4 +1,4 @@
-// Where vtinspect's pictures go: PNG and EXR through OpenImageIO, GeoTIFF through builder/source, all row by row. One thread.
+// Where the programs' pictures go: PNG and EXR through OpenImageIO, GeoTIFF through builder/source, all row by row. One thread.
 // Files are written beside the target and renamed when they are whole.
 #pragma once
 
@@ -13,7 +13,7 @@
 #include "builder/geo/geo_transform.h"
 #include "store/result.h"
 
-namespace vt::inspect {
+namespace vt::cli {
 
 enum class PictureKind { kPng, kExr, kTiff };
 // By suffix. kUsage: the message lists the suffixes.
@@ -42,4 +42,4 @@ class PictureWriter {
 
 [[nodiscard]] Result<std::unique_ptr<PictureWriter>> create_picture(const std::filesystem::path& path, const PictureSpec& spec);
 
-}  // namespace vt::inspect
+}  // namespace vt::cli

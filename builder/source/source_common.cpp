@@ -1,0 +1,114 @@
+#include "builder/source/source_common.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <type_traits>
+
+#include "builder/source/world_file.h"
+
+namespace vt::source {
+namespace {
+
+template <class T>
+void straighten(std::span<std::byte> bytes, int bands, int alpha_band, double max_code) {
+  const std::size_t pixel = sizeof(T) * static_cast<std::size_t>(bands);
+  for (std::size_t at = 0; at + pixel <= bytes.size(); at += pixel) {
+    const auto alpha = static_cast<double>(load<T>(bytes.data() + at + sizeof(T) * static_cast<std::size_t>(alpha_band)));
+    for (int band = 0; band < bands; ++band) {
+      if (band == alpha_band) continue;
+      std::byte* place = bytes.data() + at + sizeof(T) * static_cast<std::size_t>(band);
+      const auto value = static_cast<double>(load<T>(place));
+      if constexpr (std::is_floating_point_v<T>) {
+        if (alpha > 0.0) store(place, static_cast<T>(value / alpha));
+      } else {
+        store(place, alpha > 0.0 ? static_cast<T>(std::min(max_code, std::floor(value * max_code / alpha + 0.5))) : T{0});
+      }
+    }
+  }
+}
+
+}  // namespace
+
+void straighten_alpha(SampleType type, std::span<std::byte> samples, int bands, int alpha_band, double max_code) {
+  switch (type) {
+    case SampleType::kUint8:
+      straighten<std::uint8_t>(samples, bands, alpha_band, max_code);
+      break;
+    case SampleType::kInt8:
+      straighten<std::int8_t>(samples, bands, alpha_band, 127.0);
+      break;
+    case SampleType::kUint16:
+      straighten<std::uint16_t>(samples, bands, alpha_band, max_code);
+      break;
+    case SampleType::kInt16:
+      straighten<std::int16_t>(samples, bands, alpha_band, 32767.0);
+      break;
+    case SampleType::kUint32:
+      straighten<std::uint32_t>(samples, bands, alpha_band, max_code);
+      break;
+    case SampleType::kInt32:
+      straighten<std::int32_t>(samples, bands, alpha_band, 2147483647.0);
+      break;
+    case SampleType::kFloat32:
+      straighten<float>(samples, bands, alpha_band, 1.0);
+      break;
+    case SampleType::kFloat64:
+      straighten<double>(samples, bands, alpha_band, 1.0);
+      break;
+  }
+}
+
+Result<void> apply_options(const OpenOptions& options, RasterInfo& info) {
+  if (options.nodata) info.nodata = options.nodata;
+  if (options.crs) {
+    info.crs = options.crs;
+    info.crs_problem.clear();
+  }
+  if (options.extent) {
+    const Area& area = *options.extent;
+    const bool sane = std::isfinite(area.west) && std::isfinite(area.south) && area.west < area.east && area.south < area.north &&
+                      std::isfinite(area.east) && std::isfinite(area.north);
+    if (!sane) {
+      return fail(ErrorCode::kUsage, fmt::format("{}: extent west {} south {} east {} north {}: wanted west < east and south < north",
+                                                 info.path.string(), area.west, area.south, area.east, area.north));
+    }
+    info.transform = geo::GeoTransform{.x0 = area.west,
+                                       .x_column = (area.east - area.west) / static_cast<double>(info.width),
+                                       .x_row = 0.0,
+                                       .y0 = area.north,
+                                       .y_column = 0.0,
+                                       .y_row = -(area.north - area.south) / static_cast<double>(info.height)};
+    info.has_transform = true;
+  } else if (!info.has_transform) {
+    VT_ASSIGN(const auto transform, read_world_file(info.path));
+    if (transform) {
+      info.transform = *transform;
+      info.has_transform = true;
+    }
+  }
+  return {};
+}
+
+Result<void> check_request(const RasterInfo& info, const Window& window, std::span<const int> bands, std::span<const std::byte> out,
+                           std::size_t row_pitch_bytes) {
+  const bool inside = window.x >= 0 && window.y >= 0 && window.width > 0 && window.height > 0 && window.width <= info.width - window.x &&
+                      window.height <= info.height - window.y;
+  if (!inside) {
+    return fail(ErrorCode::kUsage, fmt::format("{}: window {},{} {}x{} is not inside the raster of {}x{}", info.path.string(), window.x,
+                                               window.y, window.width, window.height, info.width, info.height));
+  }
+  for (const int band : bands) {
+    if (band < 0 || band >= info.bands) {
+      return fail(ErrorCode::kUsage, fmt::format("{}: band {} of {}", info.path.string(), band, info.bands));
+    }
+  }
+  const std::size_t row_bytes = static_cast<std::size_t>(window.width) * bands.size() * sample_bytes(info.sample_type);
+  if (row_pitch_bytes < row_bytes || out.size() < row_pitch_bytes * static_cast<std::size_t>(window.height - 1) + row_bytes) {
+    return fail(ErrorCode::kUsage, fmt::format("{}: the output buffer is too small for the window", info.path.string()));
+  }
+  return {};
+}
+
+}  // namespace vt::source
