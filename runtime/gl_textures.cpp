@@ -45,8 +45,9 @@ Result<void> GlTextures::load(const GlHost& host) {
 }
 
 Result<unsigned> GlTextures::create(const GlPixelFormat& pixel, const FormatInfo& format, int tile_exponent, int mips) {
-  while (gl_.GetError() != GL_NO_ERROR) {
-  }  // older errors are the host's
+  // Older errors are the host's. A lost context may report one for ever.
+  for (int i = 0; i < 16 && gl_.GetError() != GL_NO_ERROR; ++i) {
+  }
   GLint largest = 0;
   gl_.GetIntegerv(GL_MAX_TEXTURE_SIZE, &largest);
   if ((GLint{1} << tile_exponent) > largest)
@@ -63,6 +64,7 @@ Result<unsigned> GlTextures::create(const GlPixelFormat& pixel, const FormatInfo
   gl_.TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, static_cast<GLint>(mips > 1 ? GL_LINEAR_MIPMAP_LINEAR : GL_LINEAR));
   gl_.TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_BASE_LEVEL, 0);
   gl_.TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAX_LEVEL, mips - 1);
+  put_unpack_buffer_aside();
   for (int mip = 0; mip < mips; ++mip) {
     const GLsizei edge = 1 << (tile_exponent - mip);
     if (pixel.compressed) {
@@ -74,6 +76,7 @@ Result<unsigned> GlTextures::create(const GlPixelFormat& pixel, const FormatInfo
       gl_.TexImage2D(GL_TEXTURE_2D, mip, static_cast<GLint>(pixel.internal), edge, edge, 0, pixel.format, pixel.type, nullptr);
     }
   }
+  put_unpack_buffer_back();
   gl_.BindTexture(GL_TEXTURE_2D, static_cast<GLuint>(bound));
   if (const GLenum error = gl_.GetError(); error != GL_NO_ERROR) {
     gl_.DeleteTextures(1, &texture);
@@ -86,7 +89,19 @@ Result<unsigned> GlTextures::create(const GlPixelFormat& pixel, const FormatInfo
 
 void GlTextures::destroy(unsigned texture) { gl_.DeleteTextures(1, &texture); }
 
+void GlTextures::put_unpack_buffer_aside() {
+  if (unpack_buffer_.bind == nullptr) return;
+  gl_.GetIntegerv(unpack_buffer_.binding, &saved_unpack_buffer_);
+  if (saved_unpack_buffer_ != 0) unpack_buffer_.bind(unpack_buffer_.target, 0);
+}
+
+void GlTextures::put_unpack_buffer_back() {
+  if (unpack_buffer_.bind != nullptr && saved_unpack_buffer_ != 0)
+    unpack_buffer_.bind(unpack_buffer_.target, static_cast<gl12::GLuint>(saved_unpack_buffer_));
+}
+
 void GlTextures::begin_uploads() {
+  put_unpack_buffer_aside();
   gl_.GetIntegerv(GL_TEXTURE_BINDING_2D, &saved_binding_);
   for (std::size_t i = 0; i < kTightRows.size(); ++i) {
     gl_.GetIntegerv(kTightRows[i].first, &saved_pixel_store_[i]);
@@ -108,6 +123,7 @@ void GlTextures::upload(unsigned texture, const GlPixelFormat& pixel, const Band
 void GlTextures::end_uploads() {
   for (std::size_t i = 0; i < kTightRows.size(); ++i) gl_.PixelStorei(kTightRows[i].first, saved_pixel_store_[i]);
   gl_.BindTexture(GL_TEXTURE_2D, static_cast<GLuint>(saved_binding_));
+  put_unpack_buffer_back();
 }
 
 }  // namespace vt::runtime

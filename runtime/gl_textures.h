@@ -31,6 +31,14 @@ class GlTextures {
   // Needed before a compressed format is used.
   void set_compression(const gl12::CompressionFunctions& functions) { compression_ = functions; }
 
+  // From OpenGL 2.1 on a host may have a buffer bound that would turn our pointers into offsets; it is put aside while we upload.
+  struct UnpackBuffer {
+    void (*bind)(gl12::GLenum target, gl12::GLuint buffer) = nullptr;
+    gl12::GLenum target = 0;
+    gl12::GLenum binding = 0;  // what glGetIntegerv asks for
+  };
+  void set_unpack_buffer(const UnpackBuffer& buffer) { unpack_buffer_ = buffer; }
+
   // A texture of 2^tile_exponent texels with `mips` levels, content undefined. kIo when GL is out of memory.
   [[nodiscard]] Result<unsigned> create(const GlPixelFormat& pixel, const FormatInfo& format, int tile_exponent, int mips);
   void destroy(unsigned texture);
@@ -41,8 +49,13 @@ class GlTextures {
   void end_uploads();
 
  private:
+  void put_unpack_buffer_aside();
+  void put_unpack_buffer_back();
+
   gl12::TextureFunctions gl_;
   gl12::CompressionFunctions compression_;
+  UnpackBuffer unpack_buffer_;
+  int saved_unpack_buffer_ = 0;
   unsigned upload_target_ = 0;  // bound by upload() inside the bracket
   int saved_binding_ = 0;
   int saved_pixel_store_[6] = {};

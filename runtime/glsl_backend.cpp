@@ -36,6 +36,9 @@ Result<void> GlslBackend::load(const GlHost& host, GlTextures& textures) {
   if (const char* missing = gl_.load(host.getproc, host.user))
     return fail(ErrorCode::kUnsupported, std::string(missing) + " was not found by the host's getproc; the shader path needs OpenGL 2.1");
 
+  textures.set_unpack_buffer(
+      {.bind = gl_.BindBuffer, .target = glsl::GL_PIXEL_UNPACK_BUFFER, .binding = glsl::GL_PIXEL_UNPACK_BUFFER_BINDING});
+
   bool s3tc = false;
   if (number >= 300) {
     glsl::StringFunctions strings;

@@ -33,6 +33,8 @@ using GLintptr = std::ptrdiff_t;
 using GLDEBUGPROC = void(VT_GL_CALL*)(GLenum source, GLenum type, GLuint id, GLenum severity, GLsizei length, const GLchar* message,
                                       const void* user);
 
+inline constexpr GLenum GL_PIXEL_UNPACK_BUFFER = 0x88EC;
+inline constexpr GLenum GL_PIXEL_UNPACK_BUFFER_BINDING = 0x88EF;
 inline constexpr GLenum GL_ACTIVE_TEXTURE = 0x84E0;
 inline constexpr GLenum GL_CURRENT_PROGRAM = 0x8B8D;
 inline constexpr GLenum GL_EXTENSIONS = 0x1F03;
@@ -47,6 +49,7 @@ inline constexpr GLenum GL_RG = 0x8227;
 
 struct ShaderFunctions {
   void (VT_GL_CALL* ActiveTexture)(GLenum texture) = nullptr;
+  void (VT_GL_CALL* BindBuffer)(GLenum target, GLuint buffer) = nullptr;
   void (VT_GL_CALL* GetIntegerv)(GLenum pname, GLint *data) = nullptr;
   const GLubyte * (VT_GL_CALL* GetString)(GLenum name) = nullptr;
   GLint (VT_GL_CALL* GetUniformLocation)(GLuint program, const GLchar *name) = nullptr;
@@ -56,6 +59,7 @@ struct ShaderFunctions {
   // The first name that the host does not know, or nullptr when all were found.
   [[nodiscard]] const char* load(void* (*getproc)(const char* name, void* user), void* user) {
     if (!(ActiveTexture = reinterpret_cast<decltype(ActiveTexture)>(getproc("glActiveTexture", user)))) return "glActiveTexture";
+    if (!(BindBuffer = reinterpret_cast<decltype(BindBuffer)>(getproc("glBindBuffer", user)))) return "glBindBuffer";
     if (!(GetIntegerv = reinterpret_cast<decltype(GetIntegerv)>(getproc("glGetIntegerv", user)))) return "glGetIntegerv";
     if (!(GetString = reinterpret_cast<decltype(GetString)>(getproc("glGetString", user)))) return "glGetString";
     if (!(GetUniformLocation = reinterpret_cast<decltype(GetUniformLocation)>(getproc("glGetUniformLocation", user)))) return "glGetUniformLocation";

@@ -115,9 +115,11 @@ struct StoreWriter::Impl final : PageCache::Log {
     if (!old) return break_off(old.error());
     LayerInfo& info = layer.info;
     if (old->present()) {
-      info.tiles -= 1;
-      info.constant_tiles -= old->kind == ReferenceKind::kConstant ? 1 : 0;
-      info.stored_bytes -= old->record_bytes();
+      // The counts came from a file and may be too small.
+      const auto take = [](std::uint64_t& count, std::uint64_t amount) { count -= std::min(count, amount); };
+      take(info.tiles, 1);
+      take(info.constant_tiles, old->kind == ReferenceKind::kConstant ? 1 : 0);
+      take(info.stored_bytes, old->record_bytes());
     }
     if (reference.present()) {
       info.tiles += 1;

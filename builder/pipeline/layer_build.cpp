@@ -188,8 +188,11 @@ Result<BuildReport> build_layer(store::StoreWriter& writer, const LayerPlan& pla
       auto result = tier.run(threads);
       report.blocks_built += tier.built;
       report.blocks_resumed += tier.resumed;
-      if (!result && result.error().code == ErrorCode::kCancelled) VT_CHECK(writer.commit());
-      VT_CHECK(result);
+      if (!result) {
+        // What is done is kept, whatever stopped the rest. If it was the store itself, it refuses, and the first error is the one to tell.
+        [[maybe_unused]] const auto kept = writer.commit();
+        return tl::unexpected(std::move(result).error());
+      }
     }
     VT_CHECK(writer.set_state(layers.ids.texture, LayerState::kComplete));
     if (plan.info.finest.value >= layers.block_levels) VT_CHECK(writer.set_state(layers.ids.carry, LayerState::kComplete));

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <fstream>
 
 #include "builder/pyramid/block_cascade.h"
 
@@ -20,7 +21,26 @@ struct OpenSource {
   geo::Crs crs;
 };
 
-std::string quoted(const std::filesystem::path& path) { return path.string(); }
+// Parts of a file are enough to tell it from another, or from itself before an edit that moved anything: a file is read whole only to be built.
+constexpr std::size_t kFingerprintPieces = 64;
+constexpr std::size_t kFingerprintPieceBytes = std::size_t{64} << 10;
+
+// Hash of evenly spaced pieces of the file, as 16 hex digits; all of it when it is small. Content, not clocks: a copied file is the same source.
+std::string content_fingerprint(const std::filesystem::path& path, std::uintmax_t file_bytes) {
+  std::ifstream file(path, std::ios::binary);
+  std::vector<char> pieces;
+  std::vector<char> piece(kFingerprintPieceBytes);
+  const std::uintmax_t stride = std::max<std::uintmax_t>(kFingerprintPieceBytes, file_bytes / kFingerprintPieces);
+  for (std::uintmax_t at = 0; at < file_bytes; at += stride) {
+    // The last piece ends where the file ends.
+    const std::uintmax_t from = at + stride >= file_bytes && file_bytes > kFingerprintPieceBytes ? file_bytes - kFingerprintPieceBytes : at;
+    file.seekg(static_cast<std::streamoff>(from));
+    file.read(piece.data(), static_cast<std::streamsize>(piece.size()));
+    pieces.insert(pieces.end(), piece.begin(), piece.begin() + file.gcount());
+    file.clear();
+  }
+  return store::content_hash(std::as_bytes(std::span(pieces)));
+}
 
 Result<OpenSource> open_source(const SourceRequest& request, std::size_t cache_bytes) {
   source::OpenOptions options;
@@ -37,13 +57,13 @@ Result<OpenSource> open_source(const SourceRequest& request, std::size_t cache_b
     crs = *request.fallback_crs;
   } else {
     const std::string why = info.crs_problem.empty() ? "no coordinate reference system in the file" : info.crs_problem;
-    return fail(ErrorCode::kInvalidData, quoted(request.path) + ": " + why + "; give one, for example --crs EPSG:4326" +
+    return fail(ErrorCode::kInvalidData, request.path.string() + ": " + why + "; give one, for example --crs EPSG:4326" +
                                              (info.has_transform ? "" : " --extent WEST,SOUTH,EAST,NORTH") +
                                              ", or --crs pixel for a picture without a place on the ground");
   }
   const bool is_pixel = crs.definition().projection == geo::Projection::kPixel;
   if (!info.has_transform && !is_pixel)
-    return fail(ErrorCode::kInvalidData, quoted(request.path) + ": the file does not say where it lies; give --extent WEST,SOUTH,EAST,NORTH in units of " + crs.text());
+    return fail(ErrorCode::kInvalidData, request.path.string() + ": the file does not say where it lies; give --extent WEST,SOUTH,EAST,NORTH in units of " + crs.text());
   return OpenSource{request, std::move(raster), crs};
 }
 
@@ -81,7 +101,7 @@ Result<Bounds> bounds_in(const geo::Crs& crs, const OpenSource& source) {
     const double f = static_cast<double>(i) / steps;
     for (const Point2 corner : {Point2{f * width, 0.0}, Point2{f * width, height}, Point2{0.0, f * height}, Point2{width, f * height}}) {
       auto p = convert(crs, source.crs, transform.crs_from_raster(corner));
-      if (!p) return fail(ErrorCode::kInvalidData, quoted(source.request.path) + ": cannot be placed in " + crs.text() + ": " + p.error().message);
+      if (!p) return fail(ErrorCode::kInvalidData, source.request.path.string() + ": cannot be placed in " + crs.text() + ": " + p.error().message);
       bounds.add(*p);
     }
   }
@@ -152,7 +172,7 @@ Result<std::vector<int>> choose_bands(ChannelType channel, const OpenSource& sou
   std::vector<int> bands;
   for (int band : source.request.bands) {
     if (band < 1 || band > info.bands)
-      return fail(ErrorCode::kUsage, quoted(source.request.path) + ": band " + std::to_string(band) + " asked for, the file has 1 to " + std::to_string(info.bands));
+      return fail(ErrorCode::kUsage, source.request.path.string() + ": band " + std::to_string(band) + " asked for, the file has 1 to " + std::to_string(info.bands));
     bands.push_back(band - 1);
   }
   if (bands.empty()) {
@@ -161,7 +181,11 @@ Result<std::vector<int>> choose_bands(ChannelType channel, const OpenSource& sou
     for (int b = 0; b < info.bands && static_cast<int>(bands.size()) < wanted; ++b)
       if (b != info.alpha_band) bands.push_back(b);
   }
-  if (with_alpha) bands.push_back(info.alpha_band);
+  // A coverage band that was named among the others is not taken twice.
+  if (with_alpha) {
+    std::erase(bands, info.alpha_band);
+    bands.push_back(info.alpha_band);
+  }
   return bands;
 }
 
@@ -179,7 +203,7 @@ Result<resample::PlacedSource> place_source(const LayerRequest& request, const L
   layout.value_bands = static_cast<int>(placed.bands.size()) - (layout.has_alpha ? 1 : 0);
   placed.texel_bytes = layout.texel_bytes();
   auto codec = channels::make_codec(layer.channel, layout, layer.transfer, layer.format);
-  if (!codec) return fail(codec.error().code, quoted(source.request.path) + ": " + codec.error().message);
+  if (!codec) return fail(codec.error().code, source.request.path.string() + ": " + codec.error().message);
   placed.codec = std::move(*codec);
 
   const geo::GeoTransform transform = transform_of(info);
@@ -227,7 +251,9 @@ nlohmann::ordered_json source_facts(const OpenSource& source) {
   std::error_code ignored;
   nlohmann::ordered_json json;
   json["path"] = source.request.path.filename().string();
-  json["file_bytes"] = std::filesystem::file_size(source.request.path, ignored);
+  const std::uintmax_t file_bytes = std::filesystem::file_size(source.request.path, ignored);
+  json["file_bytes"] = file_bytes;
+  json["content"] = content_fingerprint(source.request.path, file_bytes);
   json["width"] = info.width;
   json["height"] = info.height;
   json["bands"] = source.request.bands;
@@ -236,7 +262,7 @@ nlohmann::ordered_json source_facts(const OpenSource& source) {
   json["crs"] = source.crs.text();
   const geo::GeoTransform t = transform_of(info);
   json["transform"] = {t.x0, t.x_column, t.x_row, t.y0, t.y_column, t.y_row};
-  if (info.nodata && std::isfinite(*info.nodata)) json["nodata"] = *info.nodata;
+  if (info.nodata) json["nodata"] = std::isfinite(*info.nodata) ? nlohmann::ordered_json(*info.nodata) : nlohmann::ordered_json(std::to_string(*info.nodata));
   return json;
 }
 
@@ -300,11 +326,11 @@ Result<LayerPlan> plan_layer(const LayerRequest& request, const std::optional<Da
   for (const OpenSource& source : sources) {
     const bool has_place = source.crs.definition().projection != geo::Projection::kPixel;
     if (has_place != (plan.crs.definition().projection != geo::Projection::kPixel))
-      return fail(ErrorCode::kInvalidData, quoted(source.request.path) + ": is in " + source.crs.text() + ", the layer in " + plan.crs.text() +
+      return fail(ErrorCode::kInvalidData, source.request.path.string() + ": is in " + source.crs.text() + ", the layer in " + plan.crs.text() +
                                                "; pictures without a place on the ground do not mix with others");
     const geo::CrsDefinition& from = source.crs.definition();
     if (from.datum != plan.crs.definition().datum)
-      plan.warnings.push_back(quoted(source.request.path) + ": datum " + from.datum + " is taken as " + plan.crs.definition().datum +
+      plan.warnings.push_back(source.request.path.string() + ": datum " + from.datum + " is taken as " + plan.crs.definition().datum +
                               " without a shift, which can be off by metres");
   }
 

@@ -19,20 +19,22 @@ Result<BlockPtr> BlockCache::get(std::uint64_t key, const std::function<Result<B
   lock.unlock();
 
   // An exception (out of memory) must not leave the others waiting for a block that never comes.
-  Result<Block> block = fail(ErrorCode::kInternal, "out of memory for one decoded block");
+  // Whatever happens, the slot must not stay empty: others wait for it.
+  Result<BlockPtr> shared = fail(ErrorCode::kInternal, "out of memory for one decoded block");
   try {
-    block = decode();
+    shared = decode().map([](Block&& block) -> BlockPtr { return std::make_shared<const Block>(std::move(block)); });
   } catch (const std::bad_alloc&) {
+  } catch (const std::exception& e) {
+    shared = fail(ErrorCode::kInternal, std::string("decoding one block: ") + e.what());
   }
 
   lock.lock();
-  if (!block) {
+  if (!shared) {
     slots_.erase(key);
     decoded_.notify_all();
-    return tl::unexpected(std::move(block).error());
+    return tl::unexpected(std::move(shared).error());
   }
-  BlockPtr shared = std::make_shared<const Block>(*std::move(block));
-  insert(key, shared);
+  insert(key, *shared);
   decoded_.notify_all();
   return shared;
 }

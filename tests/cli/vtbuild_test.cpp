@@ -142,6 +142,7 @@ TEST_F(VtbuildTest, AFullDiskIsReportedAndTheStoreStaysWhole) {
   EXPECT_EQ(inspect({"compare", "full.vts", "scene/imagery.tif"}).exit_code, 0);
 }
 
+#ifdef VT_VTRENDER
 TEST_F(VtbuildTest, AStoreIsDrawnOnBothPaths) {
   make_scene();
   ASSERT_EQ(run({"dataset", "scene/SCENE.json", "-o", "scene.vts", "--progress", "none"}).exit_code, 0);
@@ -153,6 +154,7 @@ TEST_F(VtbuildTest, AStoreIsDrawnOnBothPaths) {
     EXPECT_GT(std::filesystem::file_size(folder_ / picture), 10000U) << "a picture with something in it";
   }
 }
+#endif
 
 }  // namespace
 }  // namespace vt::test

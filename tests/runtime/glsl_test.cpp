@@ -119,6 +119,47 @@ TEST_P(Glsl, AQuadOverFourTilesEqualsOneOrdinaryTexture) {
   texture.detach();
 }
 
+// With a buffer bound there, OpenGL takes pointers for offsets into it.
+TEST_P(Glsl, AHostsUnpackBufferIsPutAsideAndPutBack) {
+  constexpr gl::GLenum kUnpackBuffer = 0x88EC;
+  constexpr gl::GLenum kUnpackBufferBinding = 0x88EF;
+  const Painted p = painted(TexelFormat::kRgb8, 8, 3, noise_paint(TexelFormat::kRgb8));
+  Options options;
+  options.layout = {.tile_exponent = 9, .tiles_per_side = 1, .overrides = {}};
+  VirtualTexture texture = open_painted(p, options);
+  GLuint host_buffer = 0;
+  shaders_.GenBuffers(1, &host_buffer);
+  shaders_.BindBuffer(kUnpackBuffer, host_buffer);
+  shaders_.BufferData(kUnpackBuffer, 64, nullptr, gl::GL_STATIC_DRAW);
+  const auto attached = texture.attach(host());
+  ASSERT_TRUE(attached.has_value()) << attached.error().message;
+  texture.set_center({0.61, 0.37});
+  settle(texture);
+  gl::GLint bound = 0;
+  gl_.GetIntegerv(kUnpackBufferBinding, &bound);
+  EXPECT_EQ(static_cast<GLuint>(bound), host_buffer);
+  shaders_.BindBuffer(kUnpackBuffer, 0);
+
+  const unsigned whole = ordinary_texture(p.paint, TexelFormat::kRgb8, p.layer.finest, 0, 0, 2048, 4);
+  const GLuint through = program(VirtualTexture::glsl_function("vt_sample", 4), "colour = vt_sample(uv);");
+  const auto binding = texture.shader_binding(through, "vt_sample", 1, 4);
+  ASSERT_TRUE(binding.has_value()) << binding.error().message;
+  const GLuint plain = program("uniform sampler2D image;\n", core() ? "colour = texture(image, uv);" : "colour = texture2D(image, uv);");
+  const QuadView view = quad_views().front();
+  const double half = view.texels / 2.0 / 2048;
+  const Point2 low{0.61 - half, 0.37 - half};
+  const Point2 high{0.61 + half, 0.37 + half};
+  shaders_.UseProgram(plain);
+  shaders_.ActiveTexture(gl::GL_TEXTURE0);
+  gl_.BindTexture(gl::GL_TEXTURE_2D, whole);
+  const Frame reference = draw(plain, view, {low.x, 1.0 - low.y}, {high.x, 1.0 - high.y});
+  shaders_.UseProgram(through);
+  texture.bind(*binding, texture.select({low.x, low.y, high.x, high.y}), low);
+  const Frame drawn = draw(through, view, {}, {high.x - low.x, high.y - low.y});
+  EXPECT_LE(compare(reference, drawn).largest, 2) << "8-bit filter weights, as for any window";
+  texture.detach();
+}
+
 TEST_P(Glsl, StagesAreCombinedAsACompositorOnTheCpuWould) {
   const Painted p =
       painted(TexelFormat::kRgb8, 6, 6, [](Level, std::int64_t, std::int64_t, std::byte* t) { t[0] = t[1] = t[2] = std::byte{128}; });
