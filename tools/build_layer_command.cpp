@@ -135,7 +135,7 @@ std::function<Result<int>()> add_layer_command(CLI::App& app) {
   command->add_option("--extent", flags->extent, "WEST,SOUTH,EAST,NORTH: outer edges of inputs that do not carry them");
   command->add_option("--bands", flags->bands, "bands to use, counted from 1, for example 3,2,1");
   command->add_option("--range", flags->range,
-                      "LOW,HIGH: sample values that are black and white, for colour from other than 8 or 16 bit codes");
+                      "LOW,HIGH: sample values that are black and white (default: all of an 8 or 16 bit unsigned type; others need it)");
   command->add_option("--nodata", flags->nodata, "sample value that means no data, whatever the files say");
   flags->build.add_to(*command);
   cli::add_help_footer(*command,

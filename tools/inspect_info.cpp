@@ -167,6 +167,10 @@ std::string layer_table(const LayerInfo& layer, const std::vector<LevelSummary>&
   }
   if (!std::isnan(layer.source_nodata)) text += fmt::format(", source's nodata {:g}", layer.source_nodata);
   text += '\n';
+  const GridPlacement& grid = layer.grid;
+  text += fmt::format("  extent west {:.10g}, south {:.10g}, east {:.10g}, north {:.10g}\n", grid.origin_x,
+                      grid.origin_y - static_cast<double>(layer.data.height) * grid.step_y,
+                      grid.origin_x + static_cast<double>(layer.data.width) * grid.step_x, grid.origin_y);
 
   constexpr std::string_view kRow = "  {:>5} {:>5}  {:>19}  {:>21}  {:>21}  {:>9} {:>9} {:>9}  {:>10}  {:>7}\n";
   text += fmt::format(fmt::runtime(kRow), "level", "paper", "texels", "CRS units/texel", "metres/texel", "stored", "constant", "absent",
@@ -229,7 +233,12 @@ Result<int> run_info(const InfoOptions& options) {
       levels.push_back(std::move(summary));
     }
     json["layers"].push_back(layer_json(layer, levels));
-    text += layer_table(layer, levels);
+    if (layer.role == LayerRole::kCarry) {
+      text += fmt::format("\nlayer {} \"{}\": the builder's intermediate state of layer {}, {}\n", layer.id.value, layer.name, layer.owner.value,
+                          cli::format_bytes(layer.stored_bytes));
+    } else {
+      text += layer_table(layer, levels);
+    }
   }
 
   if (options.json) {

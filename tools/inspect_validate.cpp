@@ -45,9 +45,9 @@ Result<int> run_validate(const ValidateCommand& options) {
     cli::print_json(json);
   } else {
     for (const store::Finding& finding : report.findings) {
-      cli::print(fmt::format("{} {}: {}: {}\n", finding.is_error ? "error" : "warning", finding.number, finding.place, finding.sentence));
+      cli::print(fmt::format("{} {}: {}: {}\n", finding.is_error ? "error" : "note", finding.number, finding.place, finding.sentence));
     }
-    cli::print(fmt::format("{}: {}, {} tiles and {} checked, {} errors, {} warnings\n", options.store.string(),
+    cli::print(fmt::format("{}: {}, {} tiles and {} checked, {} errors, {} notes\n", options.store.string(),
                            report.ok() ? "valid" : "NOT valid", report.tiles_checked, cli::format_bytes(report.bytes_checked), errors,
                            warnings));
   }

@@ -241,6 +241,9 @@ Result<int> run(const Flags& flags) {
   if (flags.tile_texels > 0) options.layout.tile_exponent = static_cast<int>(std::log2(flags.tile_texels));
   VT_ASSIGN(runtime::VirtualTexture texture, runtime::VirtualTexture::open(reader, options));
 
+  if (texture.layer().state != LayerState::kComplete)
+    cli::print_note("vtrender", "layer " + texture.layer().name + " is not complete; what its build has not come to yet is black");
+
   const int patch_texels = options.layout.tiles_per_side > 1 ? 1 << options.layout.tile_exponent : 1 << (options.layout.tile_exponent - 1);
   VT_ASSIGN(const Point2 metres, ground_metres(*reader));
   Terrain terrain(texture.layer(), texture.mapping(), metres, std::move(heights), flags.exaggerate, std::min(patch_texels, 256));

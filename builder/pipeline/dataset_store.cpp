@@ -8,7 +8,13 @@
 namespace vt::pipeline {
 
 Result<std::optional<DatasetFrame>> existing_frame(const std::filesystem::path& path) {
+  for (const char* suffix : {".tif", ".tiff", ".png", ".jpg", ".jpeg", ".exr", ".jp2", ".json"})
+    if (path.extension() == suffix)
+      return fail(ErrorCode::kUsage, path.string() + ": a store is wanted here, with the suffix .vts; " + suffix + " is the suffix of something else");
   std::error_code error;
+  const std::filesystem::path folder = path.parent_path();
+  if (!folder.empty() && !std::filesystem::is_directory(folder, error))
+    return fail(ErrorCode::kIo, path.string() + ": the folder " + folder.string() + " does not exist; make it first");
   const bool exists = std::filesystem::exists(path, error);
   if (error) return fail(ErrorCode::kIo, path.string() + ": " + error.message());
   if (!exists) return std::optional<DatasetFrame>{};
@@ -27,7 +33,10 @@ Result<store::StoreWriter> open_or_create(const std::filesystem::path& path, con
   nlohmann::ordered_json metadata;
   metadata["crs"] = crs.to_json();
   metadata["created_by"] = "vtbuild " VT_VERSION;
-  return store::StoreWriter::create(path, {area, metadata.dump()});
+  auto created = store::StoreWriter::create(path, {area, metadata.dump()});
+  // Somebody else made it since we looked: then it is theirs to write, and opening it says so.
+  if (!created && created.error().code == ErrorCode::kExists) return store::StoreWriter::open(path);
+  return created;
 }
 
 Area united(const Area& a, const Area& b) {

@@ -15,6 +15,10 @@ using source::RasterInfo;
 // Texels by which a source's grid may miss the layer's and still count as the same grid: far below what resampling could express.
 constexpr double kGridTolerance = 1e-4;
 
+std::string area_text(const Area& area) {
+  return "west " + std::to_string(area.west) + " south " + std::to_string(area.south) + " east " + std::to_string(area.east) + " north " + std::to_string(area.north);
+}
+
 struct OpenSource {
   SourceRequest request;
   std::shared_ptr<const source::RasterSource> raster;
@@ -271,8 +275,11 @@ Result<LayerInfo> describe_layer(const LayerRequest& request, const geo::Crs& cr
   info.name = request.name;
   info.channel = request.channel;
   const RasterInfo& first = sources.front().raster->info();
-  const bool any_alpha = std::any_of(sources.begin(), sources.end(), [](const OpenSource& s) { return s.raster->info().alpha_band >= 0; });
-  info.format = request.format.value_or(request.channel == ChannelType::kColor && any_alpha ? TexelFormat::kRgba8
+  // Coverage has to be stored when there can be texels without data; an opaque format is the user's explicit wish.
+  const bool may_be_empty = std::any_of(sources.begin(), sources.end(), [](const OpenSource& s) {
+    return s.raster->info().alpha_band >= 0 || s.raster->info().nodata.has_value();
+  });
+  info.format = request.format.value_or(request.channel == ChannelType::kColor && may_be_empty ? TexelFormat::kRgba8
                                                                                             : channel_info(request.channel).default_format);
   info.transfer = request.channel == ChannelType::kColor ? Transfer::kSrgb : Transfer::kLinear;
   if (request.tile_texels < 4 || request.tile_texels > 4096 || !std::has_single_bit(static_cast<unsigned>(request.tile_texels)))
@@ -335,9 +342,20 @@ Result<LayerPlan> plan_layer(const LayerRequest& request, const std::optional<Da
   }
 
   VT_ASSIGN(plan.info, describe_layer(request, plan.crs, sources));
+  if (frame && frame->area) {
+    const Area extent = plan.extent();
+    if (extent.east <= frame->area->west || extent.west >= frame->area->east || extent.north <= frame->area->south || extent.south >= frame->area->north)
+      return fail(ErrorCode::kInvalidData, "layer '" + request.name + "' lies outside the store's area: " + area_text(extent) + ", the store's is " +
+                                               area_text(*frame->area) + " (" + plan.crs.text() + "); check the source's coordinate system or choose another store");
+  }
   std::vector<resample::PlacedSource> placed;
   for (const OpenSource& source : sources) {
     VT_ASSIGN(resample::PlacedSource one, place_source(request, plan.info, plan.crs, source));
+    if (!one.is_aligned)
+      plan.warnings.push_back(source.request.path.string() + ": resampled (bilinear), because " +
+                              (plan.crs.same_coordinates(source.crs) ? "its grid is not the layer's" : "it is in " + source.crs.text() + " and the layer in " + plan.crs.text()));
+    if (request.channel == ChannelType::kColor && source.raster->info().sample_type == SampleType::kUint16 && !request.range)
+      plan.warnings.push_back(source.request.path.string() + ": 0 is taken as black and 65535 as white; if the picture comes out dark, give --range LOW,HIGH");
     placed.push_back(std::move(one));
   }
   plan.sampler = std::make_shared<const resample::BaseSampler>(std::move(placed));
@@ -398,7 +416,7 @@ std::size_t worker_bytes(const LayerPlan& plan, int levels) {
 
 Result<int> choose_block_levels(const LayerPlan& plan, int threads, std::size_t memory_bytes) {
   const int widest = std::max(1, 12 - int{plan.info.tile_exponent});
-  const std::size_t fixed = std::size_t{48} << 20;  // program, index pages, libraries
+  const std::size_t fixed = std::size_t{24} << 20;  // program, libraries, the store's index pages
   for (int levels = widest; levels >= 1; --levels)
     if (fixed + static_cast<std::size_t>(threads) * worker_bytes(plan, levels) <= memory_bytes) return levels;
   const std::size_t least = fixed + static_cast<std::size_t>(threads) * worker_bytes(plan, 1);

@@ -91,6 +91,23 @@ TEST(Failures, BandsAndKernelsThatMakeNoSenseAreRefused) {
   EXPECT_EQ(plan_error(request).code, ErrorCode::kUsage);
 }
 
+TEST(Failures, ALayerOutsideTheStoresAreaIsRefused) {
+  const test::TempFolder folder;
+  write_raster(folder / "here.tif", {.width = 40, .height = 40}, noisy_code);
+  RasterSpec elsewhere{.width = 40, .height = 40};
+  elsewhere.transform.x0 += 100000.0;
+  write_raster(folder / "elsewhere.tif", elsewhere, noisy_code);
+  build(folder / "a.vts", request_for({folder / "here.tif"}, ChannelType::kColor));
+  LayerRequest request = request_for({folder / "elsewhere.tif"}, ChannelType::kColor);
+  request.name = "other";
+  const auto frame = existing_frame(folder / "a.vts");
+  ASSERT_TRUE(frame.has_value());
+  const auto plan = plan_layer(request, *frame, 1 << 20);
+  ASSERT_FALSE(plan.has_value());
+  EXPECT_EQ(plan.error().code, ErrorCode::kInvalidData);
+  EXPECT_NE(plan.error().message.find("outside the store's area"), std::string::npos);
+}
+
 // Every single write fails once with "no space left": the store stays at a checkpoint, validates, and the next run completes it.
 TEST(Failures, AFullDiskLosesNothingThatWasCommitted) {
   const test::TempFolder folder;
@@ -154,12 +171,12 @@ TEST(Failures, AnUnfinishedLayerWithoutItsCarryIsNotBuiltIntoAnother) {
 }
 
 TEST(Failures, AFolderThatCannotBeWrittenIsAnOutputError) {
-  const auto frame = existing_frame("/proc/no/such.vts");
+  const auto frame = existing_frame("/proc/such.vts");
   ASSERT_TRUE(frame.has_value());
-  const auto writer = open_or_create("/proc/no/such.vts", utm33(), {0, 0, 1, 1});
+  const auto writer = open_or_create("/proc/such.vts", utm33(), {0, 0, 1, 1});
   ASSERT_FALSE(writer.has_value());
   EXPECT_EQ(writer.error().code, ErrorCode::kIo);
-  EXPECT_NE(writer.error().message.find("/proc/no"), std::string::npos) << writer.error().message;
+  EXPECT_NE(writer.error().message.find("/proc/"), std::string::npos) << writer.error().message;
 }
 
 }  // namespace

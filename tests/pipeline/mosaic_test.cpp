@@ -39,7 +39,9 @@ TEST(Mosaic, LaterSourcesLieOverEarlierOnes) {
   RasterSpec above = spec;
   above.nodata = 0.0;
   write_raster(folder / "above.tif", above, [](std::int64_t x, auto, int) { return x < 20 ? 0.0 : 200.0; });
-  build(folder / "a.vts", request_for({folder / "below.tif", folder / "above.tif"}, ChannelType::kColor));
+  LayerRequest request = request_for({folder / "below.tif", folder / "above.tif"}, ChannelType::kColor);
+  request.format = TexelFormat::kRgb8;
+  build(folder / "a.vts", request);
   const Tiles tiles = tiles_of(folder / "a.vts", "color");
   EXPECT_EQ((texel_at<std::uint8_t, 3>(tiles, 5, Level{1}, 19, 5))[0], 10) << "no data above lets the layer below through";
   EXPECT_EQ((texel_at<std::uint8_t, 3>(tiles, 5, Level{1}, 20, 5))[0], 200);

@@ -56,6 +56,24 @@ TEST(Scoreboard, OneNaNStaysWithinItsOwnFootprint) {
   }
 }
 
+TEST(Scoreboard, DeclaredNodataIsClearAndLendsNoColour) {
+  const Tiles tiles = build_tiles({.width = 64, .height = 64, .nodata = 0.0}, ChannelType::kColor, "kaiser3",
+                                  [](std::int64_t x, std::int64_t, int) { return x < 21 ? 0.0 : 200.0; });
+  for (int level = 0; level <= 1; ++level) {
+    const std::int64_t size = 64 >> (1 - level);
+    const std::int64_t edge = level == 1 ? 21 : 10;  // the first texel with any data in it
+    for (std::int64_t x = 0; x < size; ++x) {
+      const auto texel = texel_at<std::uint8_t, 4>(tiles, kTile, Level{static_cast<std::uint8_t>(level)}, x, size / 2);
+      if (x < edge) {
+        EXPECT_EQ(texel[3], 0) << "level " << level << " column " << x;
+      } else {
+        EXPECT_EQ(texel[0], 200) << "level " << level << " column " << x;
+        EXPECT_GT(texel[3], 0);
+      }
+    }
+  }
+}
+
 TEST(Scoreboard, AStepOvershootsNoMoreThanTheKernelsLobes) {
   // 0.5 of full light beside 0, so that the overshoot is not hidden by clamping. Kaiser-3's step response exceeds by 7.7 %.
   const Tiles tiles = build_tiles({.width = 256, .height = 64}, ChannelType::kColor, "kaiser3", [](std::int64_t x, std::int64_t, int) { return x < 128 ? 0.0 : 188.0; });
