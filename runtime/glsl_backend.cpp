@@ -7,7 +7,8 @@ std::string glsl_function_text(std::string_view name, int stages) {
   std::string text = "// Written by vt::runtime::VirtualTexture::glsl_function().\n";
   text +=
       "#ifndef VT_TEXTURE\n#if __VERSION__ >= 130\n#define VT_TEXTURE texture\n#else\n#define VT_TEXTURE texture2D\n#endif\n"
-      "// 1e-5 is what float rounding may take from both of two tiles that touch; without it a fragment on their border would be in neither.\n"
+      "// 1e-5 is what float rounding may take from both of two tiles that touch; without it a fragment on their border would be in "
+      "neither.\n"
       "bool vt_inside(vec2 p) { vec2 d = abs(p - 0.5); return max(d.x, d.y) <= 0.50001; }\n#endif\n";
   for (int i = 0; i < stages; ++i) {
     const std::string k = std::to_string(i);

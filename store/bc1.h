@@ -1,5 +1,5 @@
-// Decodes BC1 (DXT1) blocks exactly: end points by bit replication, thirds rounded to nearest, as the reference in the Khronos data format specification section 18.1.
-// The store and the runtime need only this direction; encoding is builder/encode's. Pure functions, any thread.
+// Decodes BC1 (DXT1) blocks exactly: end points by bit replication, thirds rounded to nearest, as the reference in the Khronos data format
+// specification section 18.1. The store and the runtime need only this direction; encoding is builder/encode's. Pure functions, any thread.
 #pragma once
 
 #include <array>

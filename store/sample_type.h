@@ -11,27 +11,39 @@ enum class SampleType : std::uint8_t { kUint8, kInt8, kUint16, kInt16, kUint32, 
 [[nodiscard]] constexpr std::size_t sample_bytes(SampleType type) {
   switch (type) {
     case SampleType::kUint8:
-    case SampleType::kInt8: return 1;
+    case SampleType::kInt8:
+      return 1;
     case SampleType::kUint16:
-    case SampleType::kInt16: return 2;
+    case SampleType::kInt16:
+      return 2;
     case SampleType::kUint32:
     case SampleType::kInt32:
-    case SampleType::kFloat32: return 4;
-    case SampleType::kFloat64: return 8;
+    case SampleType::kFloat32:
+      return 4;
+    case SampleType::kFloat64:
+      return 8;
   }
   return 0;
 }
 
 [[nodiscard]] constexpr const char* sample_name(SampleType type) {
   switch (type) {
-    case SampleType::kUint8: return "uint8";
-    case SampleType::kInt8: return "int8";
-    case SampleType::kUint16: return "uint16";
-    case SampleType::kInt16: return "int16";
-    case SampleType::kUint32: return "uint32";
-    case SampleType::kInt32: return "int32";
-    case SampleType::kFloat32: return "float32";
-    case SampleType::kFloat64: return "float64";
+    case SampleType::kUint8:
+      return "uint8";
+    case SampleType::kInt8:
+      return "int8";
+    case SampleType::kUint16:
+      return "uint16";
+    case SampleType::kInt16:
+      return "int16";
+    case SampleType::kUint32:
+      return "uint32";
+    case SampleType::kInt32:
+      return "int32";
+    case SampleType::kFloat32:
+      return "float32";
+    case SampleType::kFloat64:
+      return "float64";
   }
   return "?";
 }

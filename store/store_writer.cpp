@@ -427,7 +427,8 @@ Result<void> StoreWriter::commit() {
   const auto synced = impl_->sync();
   const std::lock_guard lock(impl_->mutex);
   if (!synced) return impl_->break_off(synced.error());
-  // A record that is being written right now lies below the new end of the file, and no index points to it yet: garbage if the process dies.
+  // A record that is being written right now lies below the new end of the file, and no index points to it yet: garbage if the process
+  // dies.
   return impl_->commit_locked();
 }
 

@@ -234,8 +234,8 @@ Result<int> run_info(const InfoOptions& options) {
     }
     json["layers"].push_back(layer_json(layer, levels));
     if (layer.role == LayerRole::kCarry) {
-      text += fmt::format("\nlayer {} \"{}\": the builder's intermediate state of layer {}, {}\n", layer.id.value, layer.name, layer.owner.value,
-                          cli::format_bytes(layer.stored_bytes));
+      text += fmt::format("\nlayer {} \"{}\": the builder's intermediate state of layer {}, {}\n", layer.id.value, layer.name,
+                          layer.owner.value, cli::format_bytes(layer.stored_bytes));
     } else {
       text += layer_table(layer, levels);
     }

@@ -118,12 +118,11 @@ Result<std::string> write_mosaic(const store::StoreReader& reader, const LayerIn
   const Tone tone = tone_of(cells, layout_of(layer.format).is_float);
 
   const auto count = static_cast<std::int64_t>(cells.size());
-  // About twice as wide as high.
-  const auto columns = std::clamp<std::int64_t>(
-      std::llround(
-          std::ceil(std::sqrt(2.0 * static_cast<double>(count) * static_cast<double>(cell_height) / static_cast<double>(cell_width)))),
-      1, count);
-  const std::int64_t rows = (count + columns - 1) / columns;
+  // About twice as wide as high, then no wider than that many rows need.
+  const double square = std::sqrt(2.0 * static_cast<double>(count * cell_height) / static_cast<double>(cell_width));
+  const auto widest = std::clamp<std::int64_t>(std::llround(std::ceil(square)), 1, count);
+  const std::int64_t rows = (count + widest - 1) / widest;
+  const std::int64_t columns = (count + rows - 1) / rows;
 
   cli::PictureSpec spec;
   spec.width = kGap + columns * (cell_width + kGap);

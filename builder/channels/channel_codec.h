@@ -1,8 +1,8 @@
 // How the values of one layer enter and leave filter space.
 //
-// Filter space is where averaging is right: for every channel a few planes of floats, each already multiplied by its texel's weight, and the weight
-// itself as the last plane. Resampling and overviews are then plain weighted sums of planes, and a texel without data (all planes zero) contributes
-// nothing by itself. A channel's file says what its planes are; nothing else about a channel is known outside it.
+// Filter space is where averaging is right: for every channel a few planes of floats, each already multiplied by its texel's weight, and
+// the weight itself as the last plane. Resampling and overviews are then plain weighted sums of planes, and a texel without data (all
+// planes zero) contributes nothing by itself. A channel's file says what its planes are; nothing else about a channel is known outside it.
 // A codec is immutable: const functions are safe from any thread. Work is done by rows, never by a call per texel.
 #pragma once
 
@@ -33,7 +33,8 @@ struct RowNeighbourhood {
   bool opaque = false;  // every weight of `here` is exactly 1
 };
 
-// What one row of source samples looks like: `value_bands` values, then one coverage sample when `has_alpha`, interleaved, native byte order.
+// What one row of source samples looks like: `value_bands` values, then one coverage sample when `has_alpha`, interleaved, native byte
+// order.
 struct SampleLayout {
   SampleType type = SampleType::kUint8;
   int value_bands = 3;
@@ -60,9 +61,11 @@ class ChannelCodec {
 
   // `count` texels of samples into planes. Returns whether all weights are exactly 1.
   virtual bool decode_row(const std::byte* samples, std::int64_t count, const PlaneRow& out) const = 0;
-  // One quantisation: planes to texels. The neighbours lend their colour to texels that have none, so that a bilinear lookup at the edge does not bleed.
+  // One quantisation: planes to texels. The neighbours lend their colour to texels that have none, so that a bilinear lookup at the edge
+  // does not bleed.
   virtual void encode_row(const RowNeighbourhood& rows, std::int64_t count, std::byte* out) const = 0;
-  // Texels outside the data rectangle, in a tile that also has data: turns a copy of the nearest data texel into what lies outside. `count` texels.
+  // Texels outside the data rectangle, in a tile that also has data: turns a copy of the nearest data texel into what lies outside. `count`
+  // texels.
   virtual void mark_outside(std::byte* texels, std::int64_t count) const = 0;
 
  protected:
@@ -73,11 +76,12 @@ class ChannelCodec {
 };
 
 // kUnsupported when the channel cannot be made from such samples or stored in such a format; the message says what can.
-[[nodiscard]] Result<std::unique_ptr<const ChannelCodec>> make_color_codec(const SampleLayout& layout, Transfer transfer, TexelFormat format);
+[[nodiscard]] Result<std::unique_ptr<const ChannelCodec>> make_color_codec(const SampleLayout& layout, Transfer transfer,
+                                                                           TexelFormat format);
 [[nodiscard]] Result<std::unique_ptr<const ChannelCodec>> make_elevation_codec(const SampleLayout& layout, TexelFormat format);
 
 // Chooses by channel type. A type that has no file here yet is kUnsupported, by name.
 [[nodiscard]] Result<std::unique_ptr<const ChannelCodec>> make_codec(ChannelType channel, const SampleLayout& layout, Transfer transfer,
-                                                                      TexelFormat format);
+                                                                     TexelFormat format);
 
 }  // namespace vt::channels

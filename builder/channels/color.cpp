@@ -1,5 +1,5 @@
-// Colour. A number is a code of the layer's transfer function; what averages is light. Planes: red, green, blue light times weight, then the weight,
-// which is coverage (alpha) where the source has it and 1 or 0 for data and no data otherwise.
+// Colour. A number is a code of the layer's transfer function; what averages is light. Planes: red, green, blue light times weight, then
+// the weight, which is coverage (alpha) where the source has it and 1 or 0 for data and no data otherwise.
 
 #include <cassert>
 #include <cmath>
@@ -146,8 +146,8 @@ class ColorCodec final : public ChannelCodec {
     return static_cast<float>(linear_from_code(transfer_, std::clamp((value - range[0]) / (range[1] - range[0]), 0.0, 1.0)));
   }
 
-  // A texel without colour of its own. The source's own nodata code if it has one, so that it is given back exactly; else the mean colour of the
-  // neighbours that have some; else black.
+  // A texel without colour of its own. The source's own nodata code if it has one, so that it is given back exactly; else the mean colour
+  // of the neighbours that have some; else black.
   void encode_empty(const RowNeighbourhood& rows, std::int64_t i, std::uint8_t* codes) const {
     if (nodata_code_) {
       codes[0] = codes[1] = codes[2] = *nodata_code_;
@@ -172,7 +172,8 @@ class ColorCodec final : public ChannelCodec {
 
 Result<std::unique_ptr<const ChannelCodec>> make_color_codec(const SampleLayout& layout, Transfer transfer, TexelFormat format) {
   if (format != TexelFormat::kRgb8 && format != TexelFormat::kRgba8 && format != TexelFormat::kBc1)
-    return fail(ErrorCode::kUnsupported, "a colour layer cannot be stored as " + std::string(format_info(format).name) + "; use rgb8, rgba8 or bc1");
+    return fail(ErrorCode::kUnsupported,
+                "a colour layer cannot be stored as " + std::string(format_info(format).name) + "; use rgb8, rgba8 or bc1");
   if (layout.value_bands != 1 && layout.value_bands != 3)
     return fail(ErrorCode::kUnsupported, "colour needs one band (grey) or three, found " + std::to_string(layout.value_bands) +
                                              "; choose with --bands, for example --bands 3,2,1");

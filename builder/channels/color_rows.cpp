@@ -53,8 +53,8 @@ void Rgb8FromLight(const float* red, const float* green, const float* blue, std:
   const std::size_t lanes = hn::Lanes(d);
   std::size_t i = 0;
   for (; i + lanes <= count; i += lanes)
-    hn::StoreInterleaved3(codes(d, hn::LoadU(d, red + i), table), codes(d, hn::LoadU(d, green + i), table), codes(d, hn::LoadU(d, blue + i), table), d8,
-                          rgb + 3 * i);
+    hn::StoreInterleaved3(codes(d, hn::LoadU(d, red + i), table), codes(d, hn::LoadU(d, green + i), table),
+                          codes(d, hn::LoadU(d, blue + i), table), d8, rgb + 3 * i);
   for (; i < count; ++i) {
     rgb[3 * i] = table.code(red[i]);
     rgb[3 * i + 1] = table.code(green[i]);
@@ -75,7 +75,8 @@ void light_from_rgb8(const std::uint8_t* rgb, std::size_t count, const CodeTable
   HWY_DYNAMIC_DISPATCH(LightFromRgb8)(rgb, count, table, red, green, blue);
 }
 
-void rgb8_from_light(const float* red, const float* green, const float* blue, std::size_t count, const CodeTable& table, std::uint8_t* rgb) {
+void rgb8_from_light(const float* red, const float* green, const float* blue, std::size_t count, const CodeTable& table,
+                     std::uint8_t* rgb) {
   HWY_DYNAMIC_DISPATCH(Rgb8FromLight)(red, green, blue, count, table, rgb);
 }
 

@@ -8,8 +8,8 @@
 
 namespace vt::channels {
 
-// `out` holds `count` filtered texels (planes and weight, the last of `planes`); `upper` and `lower` are the two source rows under them, texel i over
-// source columns 2i and 2i + 1. Per texel, with box = mean of the four source texels under it:
+// `out` holds `count` filtered texels (planes and weight, the last of `planes`); `upper` and `lower` are the two source rows under them,
+// texel i over source columns 2i and 2i + 1. Per texel, with box = mean of the four source texels under it:
 //   - no data under it (box weight 0): it becomes no data, so data never grow;
 //   - the lobes left less than half of the box weight: the box takes over, because dividing by so little would amplify noise;
 //   - weight above 1 (lobes cut off at an edge): planes are scaled down to weight 1.

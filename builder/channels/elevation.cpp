@@ -1,5 +1,5 @@
-// Elevation. A number is a height in metres; heights average as they are, over the samples that exist: a void must not pull the surface down.
-// Planes: height times weight, weight (1 data, 0 void). A texel without any data is stored as quiet NaN, never as a height.
+// Elevation. A number is a height in metres; heights average as they are, over the samples that exist: a void must not pull the surface
+// down. Planes: height times weight, weight (1 data, 0 void). A texel without any data is stored as quiet NaN, never as a height.
 
 #include <cmath>
 #include <cstring>
@@ -22,14 +22,22 @@ class ElevationCodec final : public ChannelCodec {
 
   bool decode_row(const std::byte* samples, std::int64_t count, const PlaneRow& out) const override {
     switch (layout_.type) {
-      case SampleType::kFloat32: return decode<float>(samples, count, out);
-      case SampleType::kInt16: return decode<std::int16_t>(samples, count, out);
-      case SampleType::kUint16: return decode<std::uint16_t>(samples, count, out);
-      case SampleType::kUint8: return decode<std::uint8_t>(samples, count, out);
-      case SampleType::kInt8: return decode<std::int8_t>(samples, count, out);
-      case SampleType::kUint32: return decode<std::uint32_t>(samples, count, out);
-      case SampleType::kInt32: return decode<std::int32_t>(samples, count, out);
-      case SampleType::kFloat64: return decode<double>(samples, count, out);
+      case SampleType::kFloat32:
+        return decode<float>(samples, count, out);
+      case SampleType::kInt16:
+        return decode<std::int16_t>(samples, count, out);
+      case SampleType::kUint16:
+        return decode<std::uint16_t>(samples, count, out);
+      case SampleType::kUint8:
+        return decode<std::uint8_t>(samples, count, out);
+      case SampleType::kInt8:
+        return decode<std::int8_t>(samples, count, out);
+      case SampleType::kUint32:
+        return decode<std::uint32_t>(samples, count, out);
+      case SampleType::kInt32:
+        return decode<std::int32_t>(samples, count, out);
+      case SampleType::kFloat64:
+        return decode<double>(samples, count, out);
     }
     return false;
   }
@@ -42,7 +50,8 @@ class ElevationCodec final : public ChannelCodec {
       return;
     }
     for (std::int64_t i = 0; i < count; ++i) {
-      const float texel = weight[i] > 0.0F ? (weight[i] == 1.0F ? height[i] : height[i] / weight[i]) : std::numeric_limits<float>::quiet_NaN();
+      const float texel =
+          weight[i] > 0.0F ? (weight[i] == 1.0F ? height[i] : height[i] / weight[i]) : std::numeric_limits<float>::quiet_NaN();
       std::memcpy(out + i * static_cast<std::int64_t>(sizeof texel), &texel, sizeof texel);
     }
   }
@@ -74,7 +83,8 @@ class ElevationCodec final : public ChannelCodec {
 
   template <class T>
   static bool in_range(double value) {
-    if constexpr (std::is_floating_point_v<T>) return std::isfinite(value) && std::abs(value) <= static_cast<double>(std::numeric_limits<T>::max());
+    if constexpr (std::is_floating_point_v<T>)
+      return std::isfinite(value) && std::abs(value) <= static_cast<double>(std::numeric_limits<T>::max());
     return value == std::floor(value) && value >= static_cast<double>(std::numeric_limits<T>::lowest()) &&
            value <= static_cast<double>(std::numeric_limits<T>::max());
   }
@@ -88,8 +98,8 @@ Result<std::unique_ptr<const ChannelCodec>> make_elevation_codec(const SampleLay
   if (format != TexelFormat::kR32Float)
     return fail(ErrorCode::kUnsupported, "an elevation layer cannot be stored as " + std::string(format_info(format).name) + "; use r32f");
   if (layout.value_bands != 1 || layout.has_alpha)
-    return fail(ErrorCode::kUnsupported,
-                "elevation needs exactly one band, found " + std::to_string(layout.value_bands + (layout.has_alpha ? 1 : 0)) + "; choose with --bands");
+    return fail(ErrorCode::kUnsupported, "elevation needs exactly one band, found " +
+                                             std::to_string(layout.value_bands + (layout.has_alpha ? 1 : 0)) + "; choose with --bands");
   return std::make_unique<const ElevationCodec>(layout);
 }
 

@@ -21,14 +21,22 @@ template <class T>
 
 [[nodiscard]] inline double read_sample(SampleType type, const std::byte* sample) {
   switch (type) {
-    case SampleType::kUint8: return read_as<std::uint8_t>(sample);
-    case SampleType::kInt8: return read_as<std::int8_t>(sample);
-    case SampleType::kUint16: return read_as<std::uint16_t>(sample);
-    case SampleType::kInt16: return read_as<std::int16_t>(sample);
-    case SampleType::kUint32: return read_as<std::uint32_t>(sample);
-    case SampleType::kInt32: return read_as<std::int32_t>(sample);
-    case SampleType::kFloat32: return read_as<float>(sample);
-    case SampleType::kFloat64: return read_as<double>(sample);
+    case SampleType::kUint8:
+      return read_as<std::uint8_t>(sample);
+    case SampleType::kInt8:
+      return read_as<std::int8_t>(sample);
+    case SampleType::kUint16:
+      return read_as<std::uint16_t>(sample);
+    case SampleType::kInt16:
+      return read_as<std::int16_t>(sample);
+    case SampleType::kUint32:
+      return read_as<std::uint32_t>(sample);
+    case SampleType::kInt32:
+      return read_as<std::int32_t>(sample);
+    case SampleType::kFloat32:
+      return read_as<float>(sample);
+    case SampleType::kFloat64:
+      return read_as<double>(sample);
   }
   return 0.0;
 }
@@ -36,14 +44,21 @@ template <class T>
 // The value that means "all of it": the largest integer, or 1 for floats.
 [[nodiscard]] constexpr double full_scale(SampleType type) {
   switch (type) {
-    case SampleType::kUint8: return 255.0;
-    case SampleType::kInt8: return 127.0;
-    case SampleType::kUint16: return 65535.0;
-    case SampleType::kInt16: return 32767.0;
-    case SampleType::kUint32: return 4294967295.0;
-    case SampleType::kInt32: return 2147483647.0;
+    case SampleType::kUint8:
+      return 255.0;
+    case SampleType::kInt8:
+      return 127.0;
+    case SampleType::kUint16:
+      return 65535.0;
+    case SampleType::kInt16:
+      return 32767.0;
+    case SampleType::kUint32:
+      return 4294967295.0;
+    case SampleType::kInt32:
+      return 2147483647.0;
     case SampleType::kFloat32:
-    case SampleType::kFloat64: return 1.0;
+    case SampleType::kFloat64:
+      return 1.0;
   }
   return 1.0;
 }

@@ -11,9 +11,7 @@
 namespace vt::channels {
 
 // Light of a code, both 0..1.
-[[nodiscard]] inline double linear_from_srgb(double code) {
-  return code <= 0.04045 ? code / 12.92 : std::pow((code + 0.055) / 1.055, 2.4);
-}
+[[nodiscard]] inline double linear_from_srgb(double code) { return code <= 0.04045 ? code / 12.92 : std::pow((code + 0.055) / 1.055, 2.4); }
 [[nodiscard]] inline double srgb_from_linear(double light) {
   return light <= 0.0031308 ? light * 12.92 : 1.055 * std::pow(light, 1.0 / 2.4) - 0.055;
 }
@@ -23,8 +21,9 @@ namespace vt::channels {
 
 // Light of each 8-bit code, and the way back: the code whose light is nearest on the code axis, exactly.
 //
-// Going back needs no power function. Code c begins at the light of c - 1/2. No two beginnings are closer than 1 / (255 * 12.92) = 1 / 3294.6,
-// so each of 4096 equal bins of light holds at most one of them: the bin gives the code at its lower edge, one comparison decides the rest.
+// Going back needs no power function. Code c begins at the light of c - 1/2. No two beginnings are closer than 1 / (255 * 12.92) = 1 /
+// 3294.6, so each of 4096 equal bins of light holds at most one of them: the bin gives the code at its lower edge, one comparison decides
+// the rest.
 class CodeTable {
  public:
   explicit CodeTable(Transfer transfer) {
@@ -58,8 +57,8 @@ class CodeTable {
  private:
   std::array<float, 256> light_;
   std::array<float, 257> begin_;
-  std::array<std::int32_t, kBins + 1> code_at_bin_;     // at the bin's lower edge
-  std::array<float, kBins + 1> next_begin_at_bin_;      // where the code after that begins
+  std::array<std::int32_t, kBins + 1> code_at_bin_;  // at the bin's lower edge
+  std::array<float, kBins + 1> next_begin_at_bin_;   // where the code after that begins
 };
 
 // One table per transfer function, made on first use.

@@ -104,8 +104,8 @@ Result<void> BlockJob::put(LayerId layer, const encode::EncodedTile& tile) {
 Result<void> BlockJob::run(const Tier& tier, bool first_tier, std::int64_t index, const std::function<void(std::uint64_t)>& progress,
                            const std::atomic<bool>* cancel) {
   const channels::ChannelCodec& codec = plan_.sampler->codec();
-  pyramid::BlockCascade cascade(pyramid::plan_block(tier.block(index), tier.data, tier.outputs, tier.has_carry, plan_.kernel), codec.planes(),
-                                plan_.kernel);
+  pyramid::BlockCascade cascade(pyramid::plan_block(tier.block(index), tier.data, tier.outputs, tier.has_carry, plan_.kernel),
+                                codec.planes(), plan_.kernel);
   Output output(*this, tier, tier.has_carry ? tier.carry_tile(index) : TileId{}, cascade, first_tier && plan_.sampler->passes_texels());
   if (first_tier) {
     VT_CHECK(feed_from_sources(cascade, output, progress, cancel));
@@ -156,7 +156,7 @@ Result<void> BlockJob::load_carry_band(const Tier& tier, std::int64_t tile_row, 
     std::vector<float>& tile = carry_band_[static_cast<std::size_t>(column - first)];
     tile.resize(edge * edge * floats);
     VT_CHECK(writer_.read(ids_.carry, {tier.base, static_cast<std::uint32_t>(column), static_cast<std::uint32_t>(tile_row)},
-                         std::as_writable_bytes(std::span(tile))));
+                          std::as_writable_bytes(std::span(tile))));
   }
   return {};
 }

@@ -1,5 +1,6 @@
-// One block of one tier from its samples to finished tiles: the unit of parallel work, of resuming and of updating. A job touches nothing but its own
-// buffers and the store, and needs no other block of its tier; it could as well run on another machine. One object per worker thread, reused for many blocks.
+// One block of one tier from its samples to finished tiles: the unit of parallel work, of resuming and of updating. A job touches nothing
+// but its own buffers and the store, and needs no other block of its tier; it could as well run on another machine. One object per worker
+// thread, reused for many blocks.
 #pragma once
 
 #include <atomic>
@@ -24,16 +25,16 @@ class BlockJob {
  public:
   BlockJob(const LayerPlan& plan, LayerIds ids, store::StoreWriter& writer);
 
-  // Builds block `index` of `tier`; `first_tier` blocks read the sources, others the carry tiles of the tier before. Calls `progress` with the number of
-  // core base texels done since the last call. kCancelled as soon as `cancel` is seen; then nothing of the block counts.
+  // Builds block `index` of `tier`; `first_tier` blocks read the sources, others the carry tiles of the tier before. Calls `progress` with
+  // the number of core base texels done since the last call. kCancelled as soon as `cancel` is seen; then nothing of the block counts.
   [[nodiscard]] Result<void> run(const Tier& tier, bool first_tier, std::int64_t index, const std::function<void(std::uint64_t)>& progress,
                                  const std::atomic<bool>* cancel);
 
  private:
   class Output;
   [[nodiscard]] Result<void> put(LayerId layer, const encode::EncodedTile& tile);
-  [[nodiscard]] Result<void> feed_from_sources(pyramid::BlockCascade& cascade, Output& output, const std::function<void(std::uint64_t)>& progress,
-                                               const std::atomic<bool>* cancel);
+  [[nodiscard]] Result<void> feed_from_sources(pyramid::BlockCascade& cascade, Output& output,
+                                               const std::function<void(std::uint64_t)>& progress, const std::atomic<bool>* cancel);
   [[nodiscard]] Result<void> feed_from_carry(const Tier& tier, pyramid::BlockCascade& cascade, Output& output);
   [[nodiscard]] Result<void> load_carry_band(const Tier& tier, std::int64_t tile_row, const TexelRect& active);
 

@@ -10,7 +10,8 @@ namespace vt::pipeline {
 Result<std::optional<DatasetFrame>> existing_frame(const std::filesystem::path& path) {
   for (const char* suffix : {".tif", ".tiff", ".png", ".jpg", ".jpeg", ".exr", ".jp2", ".json"})
     if (path.extension() == suffix)
-      return fail(ErrorCode::kUsage, path.string() + ": a store is wanted here, with the suffix .vts; " + suffix + " is the suffix of something else");
+      return fail(ErrorCode::kUsage,
+                  path.string() + ": a store is wanted here, with the suffix .vts; " + suffix + " is the suffix of something else");
   std::error_code error;
   const std::filesystem::path folder = path.parent_path();
   if (!folder.empty() && !std::filesystem::is_directory(folder, error))
@@ -21,7 +22,8 @@ Result<std::optional<DatasetFrame>> existing_frame(const std::filesystem::path& 
   VT_ASSIGN(const store::StoreReader reader, store::StoreReader::open(path));
   const auto metadata = nlohmann::json::parse(reader.description().metadata_json, nullptr, false);
   if (!metadata.is_object() || !metadata.contains("crs"))
-    return fail(ErrorCode::kInvalidData, path.string() + ": the store's metadata name no coordinate reference system, so nothing can be placed in it");
+    return fail(ErrorCode::kInvalidData,
+                path.string() + ": the store's metadata name no coordinate reference system, so nothing can be placed in it");
   auto crs = geo::Crs::from_json(metadata["crs"]);
   if (!crs) return fail(crs.error().code, path.string() + ": metadata /crs: " + crs.error().message);
   return DatasetFrame{*crs, reader.description().area};

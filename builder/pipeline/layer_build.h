@@ -33,8 +33,8 @@ struct BuildReport {
   double seconds = 0.0;
 };
 
-// The writer is used by this call alone until it returns, and is left committed: with the layer complete, or with all blocks that were done before an error.
-// kExists: the store has a layer of that name built from other settings. kIo: the store stays at its last checkpoint.
+// The writer is used by this call alone until it returns, and is left committed: with the layer complete, or with all blocks that were done
+// before an error. kExists: the store has a layer of that name built from other settings. kIo: the store stays at its last checkpoint.
 [[nodiscard]] Result<BuildReport> build_layer(store::StoreWriter& writer, const LayerPlan& plan, const BuildOptions& options);
 
 }  // namespace vt::pipeline

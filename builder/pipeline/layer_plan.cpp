@@ -16,7 +16,8 @@ using source::RasterInfo;
 constexpr double kGridTolerance = 1e-4;
 
 std::string area_text(const Area& area) {
-  return "west " + std::to_string(area.west) + " south " + std::to_string(area.south) + " east " + std::to_string(area.east) + " north " + std::to_string(area.north);
+  return "west " + std::to_string(area.west) + " south " + std::to_string(area.south) + " east " + std::to_string(area.east) + " north " +
+         std::to_string(area.north);
 }
 
 struct OpenSource {
@@ -25,11 +26,13 @@ struct OpenSource {
   geo::Crs crs;
 };
 
-// Parts of a file are enough to tell it from another, or from itself before an edit that moved anything: a file is read whole only to be built.
+// Parts of a file are enough to tell it from another, or from itself before an edit that moved anything: a file is read whole only to be
+// built.
 constexpr std::size_t kFingerprintPieces = 64;
 constexpr std::size_t kFingerprintPieceBytes = std::size_t{64} << 10;
 
-// Hash of evenly spaced pieces of the file, as 16 hex digits; all of it when it is small. Content, not clocks: a copied file is the same source.
+// Hash of evenly spaced pieces of the file, as 16 hex digits; all of it when it is small. Content, not clocks: a copied file is the same
+// source.
 std::string content_fingerprint(const std::filesystem::path& path, std::uintmax_t file_bytes) {
   std::ifstream file(path, std::ios::binary);
   std::vector<char> pieces;
@@ -67,7 +70,9 @@ Result<OpenSource> open_source(const SourceRequest& request, std::size_t cache_b
   }
   const bool is_pixel = crs.definition().projection == geo::Projection::kPixel;
   if (!info.has_transform && !is_pixel)
-    return fail(ErrorCode::kInvalidData, request.path.string() + ": the file does not say where it lies; give --extent WEST,SOUTH,EAST,NORTH in units of " + crs.text());
+    return fail(
+        ErrorCode::kInvalidData,
+        request.path.string() + ": the file does not say where it lies; give --extent WEST,SOUTH,EAST,NORTH in units of " + crs.text());
   return OpenSource{request, std::move(raster), crs};
 }
 
@@ -105,7 +110,9 @@ Result<Bounds> bounds_in(const geo::Crs& crs, const OpenSource& source) {
     const double f = static_cast<double>(i) / steps;
     for (const Point2 corner : {Point2{f * width, 0.0}, Point2{f * width, height}, Point2{0.0, f * height}, Point2{width, f * height}}) {
       auto p = convert(crs, source.crs, transform.crs_from_raster(corner));
-      if (!p) return fail(ErrorCode::kInvalidData, source.request.path.string() + ": cannot be placed in " + crs.text() + ": " + p.error().message);
+      if (!p)
+        return fail(ErrorCode::kInvalidData,
+                    source.request.path.string() + ": cannot be placed in " + crs.text() + ": " + p.error().message);
       bounds.add(*p);
     }
   }
@@ -123,15 +130,18 @@ Result<Point2> native_step(const geo::Crs& crs, const OpenSource& source) {
   return Point2{std::hypot(east.x - here.x, south.x - here.x), std::hypot(east.y - here.y, south.y - here.y)};
 }
 
-// A ground sample distance in CRS units: metres of the grid where the CRS is projected (a UTM image "of 0.5 m" has texels of 0.5 grid metres), metres
-// on the ground at the centre where it is in degrees.
+// A ground sample distance in CRS units: metres of the grid where the CRS is projected (a UTM image "of 0.5 m" has texels of 0.5 grid
+// metres), metres on the ground at the centre where it is in degrees.
 Result<Point2> step_of_gsd(const geo::Crs& crs, double gsd_m, const Bounds& bounds) {
   if (!(gsd_m > 0.0) || !std::isfinite(gsd_m)) return fail(ErrorCode::kUsage, "the ground sample distance must be greater than 0 metres");
   switch (crs.definition().projection) {
-    case geo::Projection::kPixel: return Point2{gsd_m, gsd_m};
+    case geo::Projection::kPixel:
+      return Point2{gsd_m, gsd_m};
     case geo::Projection::kTransverseMercator:
-    case geo::Projection::kWebMercator: return Point2{gsd_m / crs.definition().metres_per_unit, gsd_m / crs.definition().metres_per_unit};
-    case geo::Projection::kGeographic: break;
+    case geo::Projection::kWebMercator:
+      return Point2{gsd_m / crs.definition().metres_per_unit, gsd_m / crs.definition().metres_per_unit};
+    case geo::Projection::kGeographic:
+      break;
   }
   VT_ASSIGN(const Point2 metres, crs.metres_per_unit_at({(bounds.west + bounds.east) / 2, (bounds.south + bounds.north) / 2}));
   return Point2{gsd_m / metres.x, gsd_m / metres.y};
@@ -176,7 +186,8 @@ Result<std::vector<int>> choose_bands(ChannelType channel, const OpenSource& sou
   std::vector<int> bands;
   for (int band : source.request.bands) {
     if (band < 1 || band > info.bands)
-      return fail(ErrorCode::kUsage, source.request.path.string() + ": band " + std::to_string(band) + " asked for, the file has 1 to " + std::to_string(info.bands));
+      return fail(ErrorCode::kUsage, source.request.path.string() + ": band " + std::to_string(band) + " asked for, the file has 1 to " +
+                                         std::to_string(info.bands));
     bands.push_back(band - 1);
   }
   if (bands.empty()) {
@@ -193,7 +204,8 @@ Result<std::vector<int>> choose_bands(ChannelType channel, const OpenSource& sou
   return bands;
 }
 
-Result<resample::PlacedSource> place_source(const LayerRequest& request, const LayerInfo& layer, const geo::Crs& crs, const OpenSource& source) {
+Result<resample::PlacedSource> place_source(const LayerRequest& request, const LayerInfo& layer, const geo::Crs& crs,
+                                            const OpenSource& source) {
   const RasterInfo& info = source.raster->info();
   resample::PlacedSource placed;
   placed.raster = source.raster;
@@ -266,7 +278,9 @@ nlohmann::ordered_json source_facts(const OpenSource& source) {
   json["crs"] = source.crs.text();
   const geo::GeoTransform t = transform_of(info);
   json["transform"] = {t.x0, t.x_column, t.x_row, t.y0, t.y_column, t.y_row};
-  if (info.nodata) json["nodata"] = std::isfinite(*info.nodata) ? nlohmann::ordered_json(*info.nodata) : nlohmann::ordered_json(std::to_string(*info.nodata));
+  if (info.nodata)
+    json["nodata"] =
+        std::isfinite(*info.nodata) ? nlohmann::ordered_json(*info.nodata) : nlohmann::ordered_json(std::to_string(*info.nodata));
   return json;
 }
 
@@ -279,8 +293,8 @@ Result<LayerInfo> describe_layer(const LayerRequest& request, const geo::Crs& cr
   const bool may_be_empty = std::any_of(sources.begin(), sources.end(), [](const OpenSource& s) {
     return s.raster->info().alpha_band >= 0 || s.raster->info().nodata.has_value();
   });
-  info.format = request.format.value_or(request.channel == ChannelType::kColor && may_be_empty ? TexelFormat::kRgba8
-                                                                                            : channel_info(request.channel).default_format);
+  info.format = request.format.value_or(
+      request.channel == ChannelType::kColor && may_be_empty ? TexelFormat::kRgba8 : channel_info(request.channel).default_format);
   info.transfer = request.channel == ChannelType::kColor ? Transfer::kSrgb : Transfer::kLinear;
   if (request.tile_texels < 4 || request.tile_texels > 4096 || !std::has_single_bit(static_cast<unsigned>(request.tile_texels)))
     return fail(ErrorCode::kUsage, "tile size " + std::to_string(request.tile_texels) + " is not a power of two from 4 to 4096");
@@ -304,7 +318,8 @@ Result<LayerInfo> describe_layer(const LayerRequest& request, const geo::Crs& cr
   info.data.height = std::max<std::int64_t>(1, static_cast<std::int64_t>(std::ceil(rows - kGridTolerance)));
   const std::int64_t longest = std::max(info.data.width, info.data.height);
   while ((std::int64_t{1} << info.vt_exponent()) < longest) ++info.finest.value;
-  if (info.vt_exponent() > kMaxVtExponent) return fail(ErrorCode::kInvalidData, "the finest level needs more than 2^31 texels along an edge");
+  if (info.vt_exponent() > kMaxVtExponent)
+    return fail(ErrorCode::kInvalidData, "the finest level needs more than 2^31 texels along an edge");
   return info;
 }
 
@@ -328,13 +343,14 @@ Result<LayerPlan> plan_layer(const LayerRequest& request, const std::optional<Da
     sources.push_back(std::move(open));
   }
   if (frame && request.crs && !frame->crs.same_coordinates(*request.crs))
-    return fail(ErrorCode::kUsage, "the store is in " + frame->crs.text() + ", a layer of it cannot be in " + request.crs->text() + "; leave --crs out");
+    return fail(ErrorCode::kUsage,
+                "the store is in " + frame->crs.text() + ", a layer of it cannot be in " + request.crs->text() + "; leave --crs out");
   plan.crs = frame ? frame->crs : request.crs.value_or(sources.front().crs);
   for (const OpenSource& source : sources) {
     const bool has_place = source.crs.definition().projection != geo::Projection::kPixel;
     if (has_place != (plan.crs.definition().projection != geo::Projection::kPixel))
-      return fail(ErrorCode::kInvalidData, source.request.path.string() + ": is in " + source.crs.text() + ", the layer in " + plan.crs.text() +
-                                               "; pictures without a place on the ground do not mix with others");
+      return fail(ErrorCode::kInvalidData, source.request.path.string() + ": is in " + source.crs.text() + ", the layer in " +
+                                               plan.crs.text() + "; pictures without a place on the ground do not mix with others");
     const geo::CrsDefinition& from = source.crs.definition();
     if (from.datum != plan.crs.definition().datum)
       plan.warnings.push_back(source.request.path.string() + ": datum " + from.datum + " is taken as " + plan.crs.definition().datum +
@@ -344,18 +360,23 @@ Result<LayerPlan> plan_layer(const LayerRequest& request, const std::optional<Da
   VT_ASSIGN(plan.info, describe_layer(request, plan.crs, sources));
   if (frame && frame->area) {
     const Area extent = plan.extent();
-    if (extent.east <= frame->area->west || extent.west >= frame->area->east || extent.north <= frame->area->south || extent.south >= frame->area->north)
-      return fail(ErrorCode::kInvalidData, "layer '" + request.name + "' lies outside the store's area: " + area_text(extent) + ", the store's is " +
-                                               area_text(*frame->area) + " (" + plan.crs.text() + "); check the source's coordinate system or choose another store");
+    if (extent.east <= frame->area->west || extent.west >= frame->area->east || extent.north <= frame->area->south ||
+        extent.south >= frame->area->north)
+      return fail(ErrorCode::kInvalidData, "layer '" + request.name + "' lies outside the store's area: " + area_text(extent) +
+                                               ", the store's is " + area_text(*frame->area) + " (" + plan.crs.text() +
+                                               "); check the source's coordinate system or choose another store");
   }
   std::vector<resample::PlacedSource> placed;
   for (const OpenSource& source : sources) {
     VT_ASSIGN(resample::PlacedSource one, place_source(request, plan.info, plan.crs, source));
     if (!one.is_aligned)
       plan.warnings.push_back(source.request.path.string() + ": resampled (bilinear), because " +
-                              (plan.crs.same_coordinates(source.crs) ? "its grid is not the layer's" : "it is in " + source.crs.text() + " and the layer in " + plan.crs.text()));
+                              (plan.crs.same_coordinates(source.crs)
+                                   ? "its grid is not the layer's"
+                                   : "it is in " + source.crs.text() + " and the layer in " + plan.crs.text()));
     if (request.channel == ChannelType::kColor && source.raster->info().sample_type == SampleType::kUint16 && !request.range)
-      plan.warnings.push_back(source.request.path.string() + ": 0 is taken as black and 65535 as white; if the picture comes out dark, give --range LOW,HIGH");
+      plan.warnings.push_back(source.request.path.string() +
+                              ": 0 is taken as black and 65535 as white; if the picture comes out dark, give --range LOW,HIGH");
     placed.push_back(std::move(one));
   }
   plan.sampler = std::make_shared<const resample::BaseSampler>(std::move(placed));
@@ -406,9 +427,10 @@ std::size_t worker_bytes(const LayerPlan& plan, int levels) {
   const auto planes = static_cast<std::size_t>(plan.sampler->codec().planes());
   const std::size_t texel = format_info(plan.sampler->codec().texel_format()).block_bytes;
   const std::size_t width = (tile << levels) + static_cast<std::size_t>(plan.kernel.reach() * 2) * ((std::size_t{1} << levels) - 1) + 64;
-  const std::size_t ring = static_cast<std::size_t>(plan.kernel.taps + 4) * planes * width * sizeof(float) * 2;  // all levels: twice the base
+  const std::size_t ring =
+      static_cast<std::size_t>(plan.kernel.taps + 4) * planes * width * sizeof(float) * 2;  // all levels: twice the base
   const std::size_t bands = 2 * tile * width * texel;
-  const std::size_t payloads = bands / 2;                            // tiles on their way into the store
+  const std::size_t payloads = bands / 2;                               // tiles on their way into the store
   const std::size_t chunk = 64 * width * (planes + 2) * sizeof(float);  // source rows, or a carry band
   const std::size_t carry = tile * width * planes * sizeof(float) / (plan.info.finest.value >= levels ? 1 : 4);
   return ring + bands + payloads + chunk + carry;

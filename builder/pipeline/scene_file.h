@@ -19,7 +19,8 @@ struct Scene {
   std::vector<LayerRequest> layers;
 };
 
-// Paths in the file are relative to the file. kIo when it cannot be read; kInvalidData names the JSON path, what was found and what is wanted.
+// Paths in the file are relative to the file. kIo when it cannot be read; kInvalidData names the JSON path, what was found and what is
+// wanted.
 [[nodiscard]] Result<Scene> read_scene(const std::filesystem::path& path);
 
 // The check alone. `where` names the document in messages.

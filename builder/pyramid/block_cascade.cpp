@@ -15,7 +15,8 @@ TexelRect grown(const TexelRect& rect, std::int64_t apron) {
 
 }  // namespace
 
-std::vector<BlockLevel> plan_block(const TexelRect& core, const TexelRect& data, int outputs, bool with_carry, const HalvingKernel& kernel) {
+std::vector<BlockLevel> plan_block(const TexelRect& core, const TexelRect& data, int outputs, bool with_carry,
+                                   const HalvingKernel& kernel) {
   const int count = outputs + (with_carry ? 1 : 0);
   std::vector<BlockLevel> levels(static_cast<std::size_t>(count));
   std::int64_t apron = 0;
@@ -133,7 +134,8 @@ void BlockCascade::halve_into(LevelState& fine, LevelState& coarse) {
     const float* rows[kMaxTaps];
     for (int t = 0; t < kernel_.taps; ++t) rows[t] = row_or_zeros(fine, first + t, p) - kPad;
     combine_rows(rows, kernel_, static_cast<std::size_t>(fine.stride), combined_.data());
-    halve_row(combined_.data() + kPad + start, kernel_, static_cast<std::size_t>(active.width), scratch_.data(), out[static_cast<std::size_t>(p)]);
+    halve_row(combined_.data() + kPad + start, kernel_, static_cast<std::size_t>(active.width), scratch_.data(),
+              out[static_cast<std::size_t>(p)]);
   }
 
   if (opaque) {

@@ -1,9 +1,9 @@
-// Filters one block of a layer through several levels in one sweep from north to south. Only a few rows of each level are alive at a time, so
-// everything stays in the processor's cache and memory does not depend on the block's height.
+// Filters one block of a layer through several levels in one sweep from north to south. Only a few rows of each level are alive at a time,
+// so everything stays in the processor's cache and memory does not depend on the block's height.
 //
-// The caller writes base rows in order (begin_row, end_row) and receives finished rows of every level through RowSink, each with its neighbours.
-// The block asks for an apron around its core that is wide enough for every level, so a level's texels come from the same values in the same order as
-// if the whole image were filtered at once: blocking never shows in the result. One object per thread.
+// The caller writes base rows in order (begin_row, end_row) and receives finished rows of every level through RowSink, each with its
+// neighbours. The block asks for an apron around its core that is wide enough for every level, so a level's texels come from the same
+// values in the same order as if the whole image were filtered at once: blocking never shows in the result. One object per thread.
 #pragma once
 
 #include <cstdint>
@@ -22,8 +22,8 @@ struct BlockLevel {
   TexelRect data;    // the data rectangle of the level
 };
 
-// `core` is the block on its base level (before clipping), `data` the base level's data rectangle; `outputs` levels are wanted, the base included,
-// and one more as carry when `with_carry`.
+// `core` is the block on its base level (before clipping), `data` the base level's data rectangle; `outputs` levels are wanted, the base
+// included, and one more as carry when `with_carry`.
 [[nodiscard]] std::vector<BlockLevel> plan_block(const TexelRect& core, const TexelRect& data, int outputs, bool with_carry,
                                                  const HalvingKernel& kernel);
 

@@ -12,8 +12,8 @@ inline constexpr int kMaxTaps = 12;
 struct HalvingKernel {
   std::string_view name;
   int taps = 2;  // even; tap t weighs fine texel 2 * i - taps / 2 + 1 + t
-  // Symmetric; multiples of 2^-20 with sum exactly 1. So the weights of texels that are all there sum to exactly 1 in any order, and a filtered
-  // opaque texel needs no division: the fast path for opaque data and the general path give the same bits.
+  // Symmetric; multiples of 2^-20 with sum exactly 1. So the weights of texels that are all there sum to exactly 1 in any order, and a
+  // filtered opaque texel needs no division: the fast path for opaque data and the general path give the same bits.
   std::array<float, kMaxTaps> weight{};
 
   [[nodiscard]] int reach() const { return taps / 2 - 1; }  // fine texels beyond the two under the coarse one

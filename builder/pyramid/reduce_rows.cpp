@@ -10,7 +10,8 @@ HWY_BEFORE_NAMESPACE();
 namespace vt::pyramid::HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
-// Sum over symmetric pairs; `load(t)` gives the vector under tap t. Add and Mul, never MulAdd: a fused one rounds once and exists on some CPUs only.
+// Sum over symmetric pairs; `load(t)` gives the vector under tap t. Add and Mul, never MulAdd: a fused one rounds once and exists on some
+// CPUs only.
 template <int kTaps, class D, class Load>
 HWY_INLINE hn::Vec<D> weighted_pairs(D d, const HalvingKernel& kernel, const Load& load) {
   auto sum = hn::Mul(hn::Set(d, kernel.weight[0]), hn::Add(load(0), load(kTaps - 1)));

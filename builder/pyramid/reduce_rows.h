@@ -1,5 +1,5 @@
-// The two inner loops of every overview: a weighted sum of rows, and halving along a row. SIMD with run-time dispatch; products and sums are rounded
-// one by one in one fixed order, so that every CPU and every blocking gives the same bits. Any thread.
+// The two inner loops of every overview: a weighted sum of rows, and halving along a row. SIMD with run-time dispatch; products and sums
+// are rounded one by one in one fixed order, so that every CPU and every blocking gives the same bits. Any thread.
 #pragma once
 
 #include <cstddef>
@@ -9,8 +9,8 @@
 
 namespace vt::pyramid {
 
-// out[i] = sum over t of kernel.weight[t] * rows[t][i], taken in symmetric pairs from the outside in: w0 * (r0 + rN) + w1 * (r1 + rN-1) + ...
-// `rows` has kernel.taps pointers. Buffers may be unaligned; `out` overlaps none of them.
+// out[i] = sum over t of kernel.weight[t] * rows[t][i], taken in symmetric pairs from the outside in: w0 * (r0 + rN) + w1 * (r1 + rN-1) +
+// ... `rows` has kernel.taps pointers. Buffers may be unaligned; `out` overlaps none of them.
 void combine_rows(const float* const* rows, const HalvingKernel& kernel, std::size_t count, float* out);
 
 // out[i] = sum over t of kernel.weight[t] * row[2 * i - kernel.reach() + t], paired in the same way. `row` is readable from -reach() - 1 to

@@ -24,7 +24,8 @@ void composite_row(const channels::ConstPlaneRow& upper, int planes, std::int64_
 
 BaseSampler::BaseSampler(std::vector<PlacedSource> sources) : sources_(std::move(sources)) {
   assert(!sources_.empty());
-  // With several sources only texels that are always opaque may be copied: elsewhere the neighbours' colours count, and those may come from another source.
+  // With several sources only texels that are always opaque may be copied: elsewhere the neighbours' colours count, and those may come from
+  // another source.
   passes_texels_ = sources_.size() == 1 && sources_[0].is_aligned && sources_[0].codec->samples_are_texels();
 }
 
@@ -56,7 +57,8 @@ Result<void> BaseSampler::load(const TexelRect& rect, BaseChunk& chunk) const {
 Result<void> BaseSampler::load_aligned(const PlacedSource& source, const TexelRect& part, BaseChunk& chunk) const {
   const auto pitch = static_cast<std::size_t>(part.width) * source.texel_bytes;
   chunk.samples_.resize(static_cast<std::size_t>(part.height) * pitch);
-  VT_CHECK(source.raster->read({part.x - source.offset_x, part.y - source.offset_y, part.width, part.height}, source.bands, chunk.samples_, pitch));
+  VT_CHECK(source.raster->read({part.x - source.offset_x, part.y - source.offset_y, part.width, part.height}, source.bands, chunk.samples_,
+                               pitch));
   const int planes = chunk.plane_count_;
   chunk.source_planes_.resize(static_cast<std::size_t>(part.width * planes));
   for (std::int64_t row = 0; row < part.height; ++row) {
@@ -96,7 +98,9 @@ Result<void> BaseSampler::load_resampled(const PlacedSource& source, const Texel
     max_y = std::max(max_y, p.y);
   }
   if (!(min_x <= max_x)) return {};
-  const auto sample_at = [](double v, std::int64_t size) { return std::clamp(static_cast<std::int64_t>(std::floor(v)), std::int64_t{0}, size - 1); };
+  const auto sample_at = [](double v, std::int64_t size) {
+    return std::clamp(static_cast<std::int64_t>(std::floor(v)), std::int64_t{0}, size - 1);
+  };
   const std::int64_t x0 = sample_at(min_x - 0.5, info.width);
   const std::int64_t y0 = sample_at(min_y - 0.5, info.height);
   const source::Window window{x0, y0, sample_at(max_x + 0.5, info.width) - x0 + 1, sample_at(max_y + 0.5, info.height) - y0 + 1};

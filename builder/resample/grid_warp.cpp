@@ -9,7 +9,9 @@ namespace {
 std::int64_t floor_div(std::int64_t a, std::int64_t b) { return a >= 0 ? a / b : -((-a + b - 1) / b); }
 
 Point2 bilinear(const Point2 corners[4], double fx, double fy) {
-  const auto mix = [&](double a, double b, double c, double d) { return (a * (1 - fx) + b * fx) * (1 - fy) + (c * (1 - fx) + d * fx) * fy; };
+  const auto mix = [&](double a, double b, double c, double d) {
+    return (a * (1 - fx) + b * fx) * (1 - fy) + (c * (1 - fx) + d * fx) * fy;
+  };
   return {mix(corners[0].x, corners[1].x, corners[2].x, corners[3].x), mix(corners[0].y, corners[1].y, corners[2].y, corners[3].y)};
 }
 
@@ -38,7 +40,8 @@ void GridWarp::map_centres(const TexelRect& rect, std::span<Point2> out) const {
   if (same_crs_) {  // one affine map: nothing to approximate
     std::size_t next = 0;
     for (std::int64_t y = rect.y; y < rect.bottom(); ++y)
-      for (std::int64_t x = rect.x; x < rect.right(); ++x) out[next++] = exact({static_cast<double>(x) + 0.5, static_cast<double>(y) + 0.5});
+      for (std::int64_t x = rect.x; x < rect.right(); ++x)
+        out[next++] = exact({static_cast<double>(x) + 0.5, static_cast<double>(y) + 0.5});
     return;
   }
   for (std::int64_t cell_y = floor_div(rect.y, kCell); cell_y * kCell < rect.bottom(); ++cell_y)
@@ -46,7 +49,8 @@ void GridWarp::map_centres(const TexelRect& rect, std::span<Point2> out) const {
       map_cell(cell_x, cell_y, intersect(rect, {cell_x * kCell, cell_y * kCell, kCell, kCell}), rect, out);
 }
 
-void GridWarp::map_cell(std::int64_t cell_x, std::int64_t cell_y, const TexelRect& part, const TexelRect& rect, std::span<Point2> out) const {
+void GridWarp::map_cell(std::int64_t cell_x, std::int64_t cell_y, const TexelRect& part, const TexelRect& rect,
+                        std::span<Point2> out) const {
   const auto x0 = static_cast<double>(cell_x * kCell);
   const auto y0 = static_cast<double>(cell_y * kCell);
   constexpr auto kEdge = static_cast<double>(kCell);

@@ -1,6 +1,6 @@
-// Where the texels of a layer's grid fall in a source raster. Exact (through the projections) on a lattice fixed to the layer's grid, bilinear between,
-// and exact everywhere in lattice cells whose centre would be off by more than kTolerance: so the answer does not depend on how work is cut into blocks.
-// Immutable; any thread.
+// Where the texels of a layer's grid fall in a source raster. Exact (through the projections) on a lattice fixed to the layer's grid,
+// bilinear between, and exact everywhere in lattice cells whose centre would be off by more than kTolerance: so the answer does not depend
+// on how work is cut into blocks. Immutable; any thread.
 #pragma once
 
 #include <cstdint>

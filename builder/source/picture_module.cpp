@@ -23,7 +23,8 @@ Result<const PictureModule*> load_module() {
     if (void* const symbol = dlsym(library, kPictureModuleSymbol); symbol != nullptr) return static_cast<const PictureModule*>(symbol);
     reasons += "; " + place.string() + " is another version";
   }
-  return fail(ErrorCode::kInternal, "pictures other than TIFF need vt_pictures.so, which belongs to this program but cannot be loaded" + reasons);
+  return fail(ErrorCode::kInternal,
+              "pictures other than TIFF need vt_pictures.so, which belongs to this program but cannot be loaded" + reasons);
 }
 
 }  // namespace

@@ -1,5 +1,6 @@
-// The border to the shared library that holds everything made with OpenImageIO. It is loaded when the first picture that is not a TIFF is opened:
-// OpenImageIO brings some 260 shared libraries and 120 MiB with it, which most runs never need. Both sides are built together, so plain C++ types cross.
+// The border to the shared library that holds everything made with OpenImageIO. It is loaded when the first picture that is not a TIFF is
+// opened: OpenImageIO brings some 260 shared libraries and 120 MiB with it, which most runs never need. Both sides are built together, so
+// plain C++ types cross.
 #pragma once
 
 #include <filesystem>

@@ -1,5 +1,3 @@
-#include "builder/source/picture_module.h"
-
 #include <OpenImageIO/imageio.h>
 #include <fmt/format.h>
 
@@ -13,6 +11,7 @@
 #include <vector>
 
 #include "builder/source/block_cache.h"
+#include "builder/source/picture_module.h"
 #include "builder/source/source_common.h"
 
 namespace vt::source {

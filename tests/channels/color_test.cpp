@@ -84,7 +84,8 @@ TEST(ColorCodec, SixteenBitCodesFollowTheSameCurve) {
 }
 
 TEST(ColorCodec, RangeSaysWhatIsBlackAndWhite) {
-  const auto codec = color({.type = SampleType::kFloat32, .value_bands = 1, .range = std::array<double, 2>{100.0, 200.0}}, TexelFormat::kRgb8);
+  const auto codec =
+      color({.type = SampleType::kFloat32, .value_bands = 1, .range = std::array<double, 2>{100.0, 200.0}}, TexelFormat::kRgb8);
   const std::vector<float> samples = {50.0F, 100.0F, 150.0F, 200.0F, 300.0F, std::numeric_limits<float>::quiet_NaN()};
   Rows rows(6);
   EXPECT_FALSE(codec->decode_row(bytes_of(samples), 6, rows.row(1)));

@@ -28,9 +28,7 @@ std::pair<float, float> settle(const Case& c) {
   return {value, weight};
 }
 
-TEST(Coverage, FullTexelsStayAsFiltered) {
-  EXPECT_EQ(settle({0.7F, 1.0F, {1, 1, 0, 0}, {1, 1, 1, 1}}), std::make_pair(0.7F, 1.0F));
-}
+TEST(Coverage, FullTexelsStayAsFiltered) { EXPECT_EQ(settle({0.7F, 1.0F, {1, 1, 0, 0}, {1, 1, 1, 1}}), std::make_pair(0.7F, 1.0F)); }
 TEST(Coverage, DataNeverGrowBeyondTheirFootprint) {
   EXPECT_EQ(settle({0.02F, 0.03F, {0, 0, 0, 0}, {0, 0, 0, 0}}), std::make_pair(0.0F, 0.0F));
 }

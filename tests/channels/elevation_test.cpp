@@ -37,19 +37,22 @@ TEST(ElevationCodec, HeightsOfEveryTypeComeBack) {
 }
 
 TEST(ElevationCodec, VoidsBecomeNaNWhateverTheyAreCalled) {
-  const auto with_int = there_and_back({.type = SampleType::kInt16, .value_bands = 1, .nodata = -32768.0}, std::vector<std::int16_t>{-32768, 5});
+  const auto with_int =
+      there_and_back({.type = SampleType::kInt16, .value_bands = 1, .nodata = -32768.0}, std::vector<std::int16_t>{-32768, 5});
   EXPECT_TRUE(std::isnan(with_int[0]));
   EXPECT_EQ(with_int[1], 5.0F);
   // As decimal text the lowest float is not exactly the float.
   const auto with_text = there_and_back({.type = SampleType::kFloat32, .value_bands = 1, .nodata = -3.4028234663852886e+38},
                                         std::vector<float>{std::numeric_limits<float>::lowest(), 5.0F});
   EXPECT_TRUE(std::isnan(with_text[0]));
-  const auto not_finite = there_and_back({.type = SampleType::kFloat32, .value_bands = 1},
-                                         std::vector<float>{std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::infinity(), 1.0F});
+  const auto not_finite =
+      there_and_back({.type = SampleType::kFloat32, .value_bands = 1},
+                     std::vector<float>{std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::infinity(), 1.0F});
   EXPECT_TRUE(std::isnan(not_finite[0]));
   EXPECT_TRUE(std::isnan(not_finite[1]));
   EXPECT_EQ(not_finite[2], 1.0F);
-  const auto beyond_type = there_and_back({.type = SampleType::kUint8, .value_bands = 1, .nodata = -9999.0}, std::vector<std::uint8_t>{0, 241});
+  const auto beyond_type =
+      there_and_back({.type = SampleType::kUint8, .value_bands = 1, .nodata = -9999.0}, std::vector<std::uint8_t>{0, 241});
   EXPECT_EQ(beyond_type[0], 0.0F) << "a nodata the type cannot hold equals nothing, in particular not its low bits";
   EXPECT_EQ(beyond_type[1], 241.0F);
 }

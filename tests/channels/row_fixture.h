@@ -15,7 +15,8 @@ class Rows {
 
   [[nodiscard]] PlaneRow row(int index) {
     PlaneRow planes{};
-    for (int p = 0; p < kMaxPlanes; ++p) planes[static_cast<std::size_t>(p)] = floats_.data() + (index * kMaxPlanes + p) * (width_ + 2 * kPad) + kPad;
+    for (int p = 0; p < kMaxPlanes; ++p)
+      planes[static_cast<std::size_t>(p)] = floats_.data() + (index * kMaxPlanes + p) * (width_ + 2 * kPad) + kPad;
     return planes;
   }
   [[nodiscard]] RowNeighbourhood middle(bool opaque) {

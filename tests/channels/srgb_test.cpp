@@ -11,10 +11,9 @@ namespace {
 // The definition, slow and plain: the code whose position on the code axis is nearest.
 int nearest_code(Transfer transfer, float light) {
   const long double clamped = std::clamp(static_cast<long double>(light), 0.0L, 1.0L);
-  const long double position =
-      transfer == Transfer::kLinear ? clamped
-      : clamped <= 0.0031308L      ? clamped * 12.92L
-                                   : 1.055L * std::pow(clamped, 1.0L / 2.4L) - 0.055L;
+  const long double position = transfer == Transfer::kLinear ? clamped
+                               : clamped <= 0.0031308L       ? clamped * 12.92L
+                                                             : 1.055L * std::pow(clamped, 1.0L / 2.4L) - 0.055L;
   return static_cast<int>(std::lround(position * 255.0L));
 }
 

@@ -1,4 +1,5 @@
-// vtbuild as people and scripts meet it: messages, exit codes, nothing left behind after a failure, and the whole way from a scene to a picture.
+// vtbuild as people and scripts meet it: messages, exit codes, nothing left behind after a failure, and the whole way from a scene to a
+// picture.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -125,20 +126,26 @@ TEST_F(VtbuildTest, BadInputSaysWhatAndWhere) {
 TEST_F(VtbuildTest, AStoreThatExistsIsNotOverwritten) {
   make_scene();
   ASSERT_EQ(run({"layer", "scene/imagery.tif", "-o", "a.vts", "--channel", "color", "--progress", "none"}).exit_code, 0);
-  expect_failure({"layer", "scene/imagery.tif", "-o", "a.vts", "--channel", "color", "--kernel", "box", "--progress", "none"}, 2, {"color", "--name"});
+  expect_failure({"layer", "scene/imagery.tif", "-o", "a.vts", "--channel", "color", "--kernel", "box", "--progress", "none"}, 2,
+                 {"color", "--name"});
   EXPECT_EQ(inspect({"validate", "a.vts"}).exit_code, 0);
-  expect_failure({"layer", "scene/elevation.tif", "-o", "a.vts", "--channel", "elevation", "--crs", "EPSG:4326"}, 1, {"EPSG:32633", "EPSG:4326"});
+  expect_failure({"layer", "scene/elevation.tif", "-o", "a.vts", "--channel", "elevation", "--crs", "EPSG:4326"}, 1,
+                 {"EPSG:32633", "EPSG:4326"});
 }
 
 TEST_F(VtbuildTest, AFullDiskIsReportedAndTheStoreStaysWhole) {
   make_scene();
   // A file-size limit stands in for a full disk: the write fails in the same place with the same kind of error.
-  const Outcome outcome = run_program("/bin/sh", {"-c", std::string("trap '' XFSZ; ulimit -f 200; exec ") + VT_VTBUILD + " layer scene/imagery.tif -o full.vts --channel color --compression none --progress none"},
+  const Outcome outcome = run_program("/bin/sh",
+                                      {"-c", std::string("trap '' XFSZ; ulimit -f 200; exec ") + VT_VTBUILD +
+                                                 " layer scene/imagery.tif -o full.vts --channel color --compression none --progress none"},
                                       folder_.path());
   EXPECT_EQ(outcome.exit_code, 2) << outcome.err;
   EXPECT_THAT(outcome.err, HasSubstr("run the same command again"));
   EXPECT_EQ(inspect({"validate", "full.vts"}).exit_code, 0);
-  ASSERT_EQ(run({"layer", "scene/imagery.tif", "-o", "full.vts", "--channel", "color", "--compression", "none", "--progress", "none"}).exit_code, 0);
+  ASSERT_EQ(
+      run({"layer", "scene/imagery.tif", "-o", "full.vts", "--channel", "color", "--compression", "none", "--progress", "none"}).exit_code,
+      0);
   EXPECT_EQ(inspect({"compare", "full.vts", "scene/imagery.tif"}).exit_code, 0);
 }
 
@@ -149,7 +156,8 @@ TEST_F(VtbuildTest, AStoreIsDrawnOnBothPaths) {
   for (const char* path : {"gl12", "glsl"}) {
     const std::string picture = std::string(path) + ".png";
     const Outcome outcome = run_program(VT_VTRENDER, {"scene.vts", "--path", path, "--size", "320x180", "-o", picture}, folder_.path());
-    if (outcome.exit_code == 3 && outcome.err.find("context") != std::string::npos) GTEST_SKIP() << "no OpenGL context to be had here: " << outcome.err;
+    if (outcome.exit_code == 3 && outcome.err.find("context") != std::string::npos)
+      GTEST_SKIP() << "no OpenGL context to be had here: " << outcome.err;
     ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
     EXPECT_GT(std::filesystem::file_size(folder_ / picture), 10000U) << "a picture with something in it";
   }

@@ -23,20 +23,42 @@ double noisy_code(std::int64_t x, std::int64_t y, int band) { return (x / 3 + y 
 std::vector<Case> cases() {
   const auto holes = [](std::int64_t x, std::int64_t y) { return (x / 17) % 4 == 1 && (y / 23) % 3 == 1; };
   const auto translucent = [](std::int64_t x, std::int64_t y, int band) {
-    return band < 3 ? noisy_code(x, y, band) : (x / 20 + y / 30) % 3 == 0 ? 0.0 : (x / 20) % 2 == 0 ? 255.0 : static_cast<double>(hash_noise(x, y, 3) % 256);
+    return band < 3                     ? noisy_code(x, y, band)
+           : (x / 20 + y / 30) % 3 == 0 ? 0.0
+           : (x / 20) % 2 == 0          ? 255.0
+                                        : static_cast<double>(hash_noise(x, y, 3) % 256);
   };
-  const auto height = [holes](std::int64_t x, std::int64_t y, int) { return holes(x, y) ? -32768.0 : static_cast<double>((x * 7 + y * 3) % 4000) - 200; };
+  const auto height = [holes](std::int64_t x, std::int64_t y, int) {
+    return holes(x, y) ? -32768.0 : static_cast<double>((x * 7 + y * 3) % 4000) - 200;
+  };
   return {
       {"opaque_kaiser", {.width = 301, .height = 203}, ChannelType::kColor, "kaiser3", TexelFormat::kRgb8, noisy_code},
       {"opaque_box", {.width = 256, .height = 256}, ChannelType::kColor, "box", TexelFormat::kRgb8, noisy_code},
-      {"translucent_kaiser", {.width = 301, .height = 203, .bands = 4, .alpha = true}, ChannelType::kColor, "kaiser3", TexelFormat::kRgba8, translucent},
-      {"nodata_kaiser", {.width = 301, .height = 203, .nodata = 0.0}, ChannelType::kColor, "kaiser3", TexelFormat::kRgb8,
+      {"translucent_kaiser",
+       {.width = 301, .height = 203, .bands = 4, .alpha = true},
+       ChannelType::kColor,
+       "kaiser3",
+       TexelFormat::kRgba8,
+       translucent},
+      {"nodata_kaiser",
+       {.width = 301, .height = 203, .nodata = 0.0},
+       ChannelType::kColor,
+       "kaiser3",
+       TexelFormat::kRgb8,
        [holes](std::int64_t x, std::int64_t y, int band) { return holes(x, y) ? 0.0 : noisy_code(x, y, band); }},
       {"bc1", {.width = 301, .height = 203}, ChannelType::kColor, "kaiser3", TexelFormat::kBc1, noisy_code},
-      {"grey16", {.width = 97, .height = 310, .bands = 1, .type = SampleType::kUint16}, ChannelType::kColor, "kaiser3", TexelFormat::kRgb8,
+      {"grey16",
+       {.width = 97, .height = 310, .bands = 1, .type = SampleType::kUint16},
+       ChannelType::kColor,
+       "kaiser3",
+       TexelFormat::kRgb8,
        [](std::int64_t x, std::int64_t y, int) { return static_cast<double>(hash_noise(x, y, 0) % 65536); }},
-      {"elevation", {.width = 301, .height = 203, .bands = 1, .type = SampleType::kInt16, .nodata = -32768.0}, ChannelType::kElevation, "box",
-       TexelFormat::kR32Float, height},
+      {"elevation",
+       {.width = 301, .height = 203, .bands = 1, .type = SampleType::kInt16, .nodata = -32768.0},
+       ChannelType::kElevation,
+       "box",
+       TexelFormat::kR32Float,
+       height},
   };
 }
 
@@ -92,7 +114,8 @@ Tiles tiles_by_definition(const Case& c, const LayerPlan& plan) {
               for (std::size_t r = 0; r < 3; ++r)
                 for (int p = 0; p < planes; ++p) {
                   const auto plane = static_cast<std::size_t>(p);
-                  for (int i = 0; i < 3; ++i) around[r][plane][static_cast<std::size_t>(i)] = image.get(qx + i - 1, qy + static_cast<int>(r) - 1, p);
+                  for (int i = 0; i < 3; ++i)
+                    around[r][plane][static_cast<std::size_t>(i)] = image.get(qx + i - 1, qy + static_cast<int>(r) - 1, p);
                   (r == 0 ? rows.above : r == 1 ? rows.here : rows.below)[plane] = around[r][plane].data() + 1;
                 }
               codec.encode_row(rows, 1, out);
@@ -103,7 +126,8 @@ Tiles tiles_by_definition(const Case& c, const LayerPlan& plan) {
         if (!has_data) continue;
         if (info.format == TexelFormat::kBc1) {
           std::vector<std::byte> blocks(info.tile_payload_bytes());
-          encode::encode_bc1_image(texels, static_cast<std::size_t>(edge), static_cast<std::size_t>(edge), static_cast<std::size_t>(edge) * texel_bytes, texel_bytes, blocks);
+          encode::encode_bc1_image(texels, static_cast<std::size_t>(edge), static_cast<std::size_t>(edge),
+                                   static_cast<std::size_t>(edge) * texel_bytes, texel_bytes, blocks);
           texels = std::move(blocks);
         }
         tiles.emplace(id, std::move(texels));
@@ -130,8 +154,8 @@ TEST(Build, TilesAreThoseOfTheWholeImageAtAnyThreadCountAndBlockSize) {
         const Tiles found = tiles_of(path, request.name);
         ASSERT_EQ(found.size(), wanted.size()) << c.name;
         for (const auto& [tile, texels] : wanted)
-          ASSERT_TRUE(found.at(tile) == texels) << c.name << ", " << threads << " threads, block " << block_levels << ": level " << int{tile.level.value} << " tile "
-                                                << tile.x << "," << tile.y;
+          ASSERT_TRUE(found.at(tile) == texels) << c.name << ", " << threads << " threads, block " << block_levels << ": level "
+                                                << int{tile.level.value} << " tile " << tile.x << "," << tile.y;
       }
   }
 }
@@ -194,7 +218,9 @@ TEST(Build, GoesOnWhereItWasStopped) {
     auto plan = plan_layer(request, std::nullopt, 1 << 20);
     std::atomic<bool> cancel{false};
     BuildOptions options{.threads = 2, .block_levels = 1, .cancel = &cancel};
-    options.progress = [&](std::uint64_t done, std::uint64_t total) { cancel = cancel || done * 100 > total * static_cast<std::uint64_t>(stop_after_percent); };
+    options.progress = [&](std::uint64_t done, std::uint64_t total) {
+      cancel = cancel || done * 100 > total * static_cast<std::uint64_t>(stop_after_percent);
+    };
     {
       auto writer = open_or_create(path, plan->crs, plan->extent());
       const auto stopped = build_layer(*writer, *plan, options);

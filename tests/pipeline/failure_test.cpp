@@ -44,7 +44,8 @@ TEST(Failures, ATruncatedRasterNamesItselfAndLeavesTheStoreWhole) {
       ASSERT_FALSE(report.has_value()) << "a build from " << part * 100 << " % of a file succeeded";
       error = report.error();
     }
-    EXPECT_TRUE(error.code == ErrorCode::kInvalidData || error.code == ErrorCode::kCorrupt || error.code == ErrorCode::kIo || error.code == ErrorCode::kUnsupported)
+    EXPECT_TRUE(error.code == ErrorCode::kInvalidData || error.code == ErrorCode::kCorrupt || error.code == ErrorCode::kIo ||
+                error.code == ErrorCode::kUnsupported)
         << error.message;
     EXPECT_NE(error.message.find("cut.tif"), std::string::npos) << error.message;
     if (std::filesystem::exists(folder / "cut.vts")) {

@@ -31,7 +31,8 @@ bool run_and_kill(const Work& work, std::optional<double> milliseconds) {
   return WIFEXITED(status) && WEXITSTATUS(status) == 0;
 }
 
-// The same build twice over: through the library, which starts in no time, so that many moments can be tried, and as the program that people run.
+// The same build twice over: through the library, which starts in no time, so that many moments can be tried, and as the program that
+// people run.
 int build_with_library(const std::filesystem::path& input, const std::filesystem::path& store, int threads) {
   LayerRequest request = request_for({input}, ChannelType::kColor);
   auto plan = plan_layer(request, std::nullopt, std::size_t{8} << 20);
@@ -45,8 +46,8 @@ int build_with_library(const std::filesystem::path& input, const std::filesystem
 int build_with_program(const std::filesystem::path& input, const std::filesystem::path& store, int threads) {
   const std::string count = std::to_string(threads);
   if (freopen("/dev/null", "w", stdout) == nullptr) return 126;
-  execl(VT_VTBUILD, "vtbuild", "layer", input.c_str(), "-o", store.c_str(), "--channel", "color", "--tile", "32", "--block", "1", "--threads", count.c_str(),
-        "--checkpoint", "0.01", "--progress", "none", nullptr);
+  execl(VT_VTBUILD, "vtbuild", "layer", input.c_str(), "-o", store.c_str(), "--channel", "color", "--tile", "32", "--block", "1",
+        "--threads", count.c_str(), "--checkpoint", "0.01", "--progress", "none", nullptr);
   return 127;
 }
 
@@ -63,7 +64,9 @@ class Kill : public testing::Test {
 
   template <class Build>
   void survive(const Build& build_store, int kills_wanted) {
-    const auto work = [&](const std::filesystem::path& store, int threads) { return [&, store, threads] { return build_store(folder_ / "input.tif", store, threads); }; };
+    const auto work = [&](const std::filesystem::path& store, int threads) {
+      return [&, store, threads] { return build_store(folder_ / "input.tif", store, threads); };
+    };
     const auto start = std::chrono::steady_clock::now();
     ASSERT_TRUE(run_and_kill(work(folder_ / "timed.vts", 1), std::nullopt));
     const double whole_ms = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();

@@ -75,7 +75,8 @@ TEST(Resampling, PutsEveryTexelWithinAHundredthOfItsPlace) {
         const double wanted = eastings ? place.x - 600000.0 : place.y - 7000000.0;
         // Half a sample from the edge the outermost sample is repeated.
         const double margin = 6.0;
-        const bool inside = place.x > 600000 + margin && place.x < 604000 - margin && place.y < 7000000 - margin && place.y > 6997000 + margin;
+        const bool inside =
+            place.x > 600000 + margin && place.x < 604000 - margin && place.y < 7000000 - margin && place.y > 6997000 + margin;
         if (!inside) continue;
         const float found = texel_at<float, 1>(tiles, 5, layer.finest, x, y)[0];
         ASSERT_NEAR(found, wanted, 0.01 * 10.0) << "texel " << x << "," << y;

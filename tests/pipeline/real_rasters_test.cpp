@@ -15,9 +15,9 @@ const std::filesystem::path kData = VT_TEST_DATA;
 struct RealCase {
   std::string file;
   ChannelType channel = ChannelType::kColor;
-  std::vector<int> bands;                // of the layer's channels, counted from 1
-  std::optional<Area> extent;            // for the picture that carries none
-  double tolerance = 0.0;                // lossy decoders may differ by a few counts
+  std::vector<int> bands;      // of the layer's channels, counted from 1
+  std::optional<Area> extent;  // for the picture that carries none
+  double tolerance = 0.0;      // lossy decoders may differ by a few counts
 };
 
 std::vector<RealCase> real_cases() {
@@ -54,7 +54,8 @@ class RealRasters : public testing::TestWithParam<RealCase> {
 
 TEST_P(RealRasters, FinestLevelHoldsTheFilesOwnSamplesInTheirPlace) {
   const RealCase& c = GetParam();
-  if (!std::filesystem::exists(kData / "truth.json")) GTEST_SKIP() << "no real rasters in " << kData << "; set VT_TEST_DATA to compare with them";
+  if (!std::filesystem::exists(kData / "truth.json"))
+    GTEST_SKIP() << "no real rasters in " << kData << "; set VT_TEST_DATA to compare with them";
   const nlohmann::json& facts = truth().at(c.file);
   const test::TempFolder folder;
   LayerRequest request = request_for({kData / c.file}, c.channel);
@@ -94,7 +95,8 @@ TEST_P(RealRasters, FinestLevelHoldsTheFilesOwnSamplesInTheirPlace) {
           EXPECT_EQ(found, static_cast<float>(wanted)) << where;
         }
       } else {
-        const double found = texel_channels == 4 ? (texel_at<std::uint8_t, 4>(tiles, 8, layer.finest, x, y))[k] : (texel_at<std::uint8_t, 3>(tiles, 8, layer.finest, x, y))[k];
+        const double found = texel_channels == 4 ? (texel_at<std::uint8_t, 4>(tiles, 8, layer.finest, x, y))[k]
+                                                 : (texel_at<std::uint8_t, 3>(tiles, 8, layer.finest, x, y))[k];
         EXPECT_NEAR(found, sample[2].get<double>(), c.tolerance) << where;
       }
     }

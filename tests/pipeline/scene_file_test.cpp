@@ -56,12 +56,16 @@ TEST_F(SceneFile, NamesTheJsonPathOfWhatIsWrong) {
   const std::string head = R"({"format": "vt-scene", "version": 1, "name": "n", "layers": [)";
   expect_refused(head + R"({"name": "c", "channel": "colour", "sources": ["a.tif"]}]})", "/layers/0/channel");
   expect_refused(head + R"({"name": "c", "channel": "color", "sources": ["a.tif"], "tile": 100}]})", "/layers/0");
-  expect_refused(head + R"({"name": "c", "channel": "color", "sources": ["a.tif"]}, {"name": "d", "channel": "color", "sources": [{"file": "b.tif", "nodata": "x"}]}]})",
-                 "/layers/1/sources/0");
+  expect_refused(
+      head +
+          R"({"name": "c", "channel": "color", "sources": ["a.tif"]}, {"name": "d", "channel": "color", "sources": [{"file": "b.tif", "nodata": "x"}]}]})",
+      "/layers/1/sources/0");
   expect_refused(head + R"({"name": "c", "channel": "color", "sources": ["a.tif"], "colour": 1}]})", "/layers/0");
   expect_refused(R"({"format": "vt-scene", "version": 1, "name": "n"})", "at /");
   expect_refused("{\"format\": \"vt-scene\",", "byte");
-  expect_refused(head + R"({"name": "c", "channel": "color", "sources": ["a.tif"]}, {"name": "c", "channel": "color", "sources": ["a.tif"]}]})", "twice");
+  expect_refused(
+      head + R"({"name": "c", "channel": "color", "sources": ["a.tif"]}, {"name": "c", "channel": "color", "sources": ["a.tif"]}]})",
+      "twice");
 }
 
 TEST_F(SceneFile, AnUnknownCoordinateSystemNamesItsPlace) {

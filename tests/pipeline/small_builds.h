@@ -35,7 +35,8 @@ struct RasterSpec {
 };
 
 // `value(x, y, band)` is converted to the sample type.
-inline void write_raster(const std::filesystem::path& path, const RasterSpec& spec, const std::function<double(std::int64_t, std::int64_t, int)>& value) {
+inline void write_raster(const std::filesystem::path& path, const RasterSpec& spec,
+                         const std::function<double(std::int64_t, std::int64_t, int)>& value) {
   source::GeoTiffSpec tiff;
   tiff.width = spec.width;
   tiff.height = spec.height;
@@ -57,11 +58,20 @@ inline void write_raster(const std::filesystem::path& path, const RasterSpec& sp
         const double v = value(x, y, b);
         const auto put = [&](auto typed) { std::memcpy(out, &typed, sizeof typed); };
         switch (spec.type) {
-          case SampleType::kUint8: put(static_cast<std::uint8_t>(v)); break;
-          case SampleType::kInt16: put(static_cast<std::int16_t>(v)); break;
-          case SampleType::kUint16: put(static_cast<std::uint16_t>(v)); break;
-          case SampleType::kFloat32: put(static_cast<float>(v)); break;
-          default: FAIL() << "not used here";
+          case SampleType::kUint8:
+            put(static_cast<std::uint8_t>(v));
+            break;
+          case SampleType::kInt16:
+            put(static_cast<std::int16_t>(v));
+            break;
+          case SampleType::kUint16:
+            put(static_cast<std::uint16_t>(v));
+            break;
+          case SampleType::kFloat32:
+            put(static_cast<float>(v));
+            break;
+          default:
+            FAIL() << "not used here";
         }
       }
     ASSERT_TRUE(writer->write_rows(row, 1).has_value());
@@ -134,7 +144,8 @@ std::array<T, kChannels> texel_at(const Tiles& tiles, int tile_exponent, Level l
 
 // Repeatable noise without any generator state.
 inline std::uint32_t hash_noise(std::int64_t x, std::int64_t y, int band) {
-  auto h = static_cast<std::uint32_t>(x) * 0x9E3779B1U ^ static_cast<std::uint32_t>(y) * 0x85EBCA77U ^ static_cast<std::uint32_t>(band) * 0xC2B2AE3DU;
+  auto h = static_cast<std::uint32_t>(x) * 0x9E3779B1U ^ static_cast<std::uint32_t>(y) * 0x85EBCA77U ^
+           static_cast<std::uint32_t>(band) * 0xC2B2AE3DU;
   h ^= h >> 15;
   h *= 0x2C1B3C6DU;
   h ^= h >> 12;

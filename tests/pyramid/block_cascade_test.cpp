@@ -74,7 +74,8 @@ class Collector final : public RowSink {
   const BlockCascade& cascade_;
 };
 
-void run_blocks(const Image& base, std::int64_t block, int outputs, const HalvingKernel& kernel, const std::vector<Image>& truth, std::vector<Image>& result) {
+void run_blocks(const Image& base, std::int64_t block, int outputs, const HalvingKernel& kernel, const std::vector<Image>& truth,
+                std::vector<Image>& result) {
   for (std::int64_t by = base.data.y / block; by * block < base.data.bottom(); ++by)
     for (std::int64_t bx = base.data.x / block; bx * block < base.data.right(); ++bx) {
       BlockCascade cascade(plan_block({bx * block, by * block, block, block}, base.data, outputs, true, kernel), kPlanes, kernel);
@@ -113,7 +114,8 @@ Image make_image(const TexelRect& data, Content content) {
 TEST(BlockCascade, BlocksEqualTheWholeImageBitForBit) {
   for (const HalvingKernel& kernel : {box_kernel(), kaiser3_kernel()})
     for (const Content content : {Content::kOpaque, Content::kHoles, Content::kTranslucent})
-      for (const TexelRect data : {TexelRect{0, 0, 257, 131}, TexelRect{0, 0, 1, 77}, TexelRect{0, 0, 256, 256}, TexelRect{37, 51, 200, 95}})
+      for (const TexelRect data :
+           {TexelRect{0, 0, 257, 131}, TexelRect{0, 0, 1, 77}, TexelRect{0, 0, 256, 256}, TexelRect{37, 51, 200, 95}})
         for (const std::int64_t block : {32, 64, 512}) {
           constexpr int kOutputs = 4;
           std::vector<Image> truth{make_image(data, content)};
@@ -125,7 +127,8 @@ TEST(BlockCascade, BlocksEqualTheWholeImageBitForBit) {
           }
           run_blocks(truth[0], block, kOutputs, kernel, truth, result);
           for (std::size_t k = 0; k < truth.size(); ++k)
-            ASSERT_EQ(result[k].floats, truth[k].floats) << kernel.name << ", " << data.width << " x " << data.height << ", block " << block << ", level " << k;
+            ASSERT_EQ(result[k].floats, truth[k].floats)
+                << kernel.name << ", " << data.width << " x " << data.height << ", block " << block << ", level " << k;
         }
 }
 

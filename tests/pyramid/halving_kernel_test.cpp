@@ -14,14 +14,16 @@ namespace {
 double gain(const HalvingKernel& kernel, double nyquist) {
   double sum = 0.0;
   for (int t = 0; t < kernel.taps; ++t)
-    sum += static_cast<double>(kernel.weight[static_cast<std::size_t>(t)]) * std::cos(2 * std::numbers::pi * nyquist / 4 * (t - (kernel.taps - 1) / 2.0));
+    sum += static_cast<double>(kernel.weight[static_cast<std::size_t>(t)]) *
+           std::cos(2 * std::numbers::pi * nyquist / 4 * (t - (kernel.taps - 1) / 2.0));
   return sum;
 }
 
 TEST(HalvingKernel, WeightsAreSymmetricAndSumToOneInAnyOrder) {
   for (const HalvingKernel& kernel : {box_kernel(), kaiser3_kernel()}) {
     std::vector<float> weights(kernel.weight.begin(), kernel.weight.begin() + kernel.taps);
-    for (int t = 0; t < kernel.taps; ++t) EXPECT_EQ(weights[static_cast<std::size_t>(t)], weights[static_cast<std::size_t>(kernel.taps - 1 - t)]);
+    for (int t = 0; t < kernel.taps; ++t)
+      EXPECT_EQ(weights[static_cast<std::size_t>(t)], weights[static_cast<std::size_t>(kernel.taps - 1 - t)]);
     std::sort(weights.begin(), weights.end());
     for (int i = 0; i < 1000 && std::next_permutation(weights.begin(), weights.end()); ++i) {
       float sum = 0.0F;

@@ -40,7 +40,8 @@ TEST_P(ReduceRows, CombineIsTheDefinitionBitForBit) {
       std::vector<float> out(count + 1, 42.0F);
       combine_rows(pointers.data(), kernel, count, out.data());
       for (std::size_t i = 0; i < count; ++i)
-        ASSERT_EQ(out[i], weighted_pairs(kernel, [&](int t) { return rows[static_cast<std::size_t>(t)][i]; })) << kernel.name << " " << count << " " << i;
+        ASSERT_EQ(out[i], weighted_pairs(kernel, [&](int t) { return rows[static_cast<std::size_t>(t)][i]; }))
+            << kernel.name << " " << count << " " << i;
       EXPECT_EQ(out[count], 42.0F) << "wrote past the end";
     }
 }
@@ -55,7 +56,8 @@ TEST_P(ReduceRows, HalveIsTheDefinitionBitForBit) {
       std::vector<float> scratch(halve_scratch_floats(count));
       halve_row(row, kernel, count, scratch.data(), out.data());
       for (std::size_t i = 0; i < count; ++i)
-        ASSERT_EQ(out[i], weighted_pairs(kernel, [&](int t) { return row[2 * static_cast<std::ptrdiff_t>(i) - reach + t]; })) << kernel.name << " " << i;
+        ASSERT_EQ(out[i], weighted_pairs(kernel, [&](int t) { return row[2 * static_cast<std::ptrdiff_t>(i) - reach + t]; }))
+            << kernel.name << " " << i;
       EXPECT_EQ(out[count], 42.0F) << "wrote past the end";
     }
 }
@@ -72,7 +74,8 @@ TEST_P(ReduceRows, RoundingStaysWithinWhatTwelveProductsAllow) {
     long double exact = 0.0L;
     long double magnitude = 0.0L;
     for (int t = 0; t < kernel.taps; ++t) {
-      const long double product = static_cast<long double>(kernel.weight[static_cast<std::size_t>(t)]) * row[2 * static_cast<std::ptrdiff_t>(i) - kernel.reach() + t];
+      const long double product = static_cast<long double>(kernel.weight[static_cast<std::size_t>(t)]) *
+                                  row[2 * static_cast<std::ptrdiff_t>(i) - kernel.reach() + t];
       exact += product;
       magnitude += std::abs(product);
     }

@@ -25,7 +25,6 @@ class OnEveryCpuTarget : public testing::TestWithParam<std::int64_t> {
 
 }  // namespace vt::test
 
-#define VT_ON_EVERY_CPU_TARGET(suite)                                                                                         \
-  INSTANTIATE_TEST_SUITE_P(Targets, suite, testing::Values(HWY_SSSE3, HWY_SSE4, HWY_AVX2, HWY_AVX3, HWY_AVX3_DL), [](const auto& target) { \
-    return std::string(hwy::TargetName(target.param));                                                                      \
-  })
+#define VT_ON_EVERY_CPU_TARGET(suite)                                                                             \
+  INSTANTIATE_TEST_SUITE_P(Targets, suite, testing::Values(HWY_SSSE3, HWY_SSE4, HWY_AVX2, HWY_AVX3, HWY_AVX3_DL), \
+                           [](const auto& target) { return std::string(hwy::TargetName(target.param)); })

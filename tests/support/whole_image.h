@@ -1,5 +1,5 @@
-// The definition of an overview, whole level at once and texel by texel: short enough that reading it is checking it. What the builder makes block by
-// block with SIMD rows must equal this bit for bit.
+// The definition of an overview, whole level at once and texel by texel: short enough that reading it is checking it. What the builder
+// makes block by block with SIMD rows must equal this bit for bit.
 #pragma once
 
 #include <array>
@@ -45,7 +45,8 @@ inline WholeImage halve_whole(const WholeImage& fine, const pyramid::HalvingKern
     });
   };
   const auto box = [&](std::int64_t x, std::int64_t y, int p) {
-    return 0.25F * ((fine.get(2 * x, 2 * y, p) + fine.get(2 * x + 1, 2 * y, p)) + (fine.get(2 * x, 2 * y + 1, p) + fine.get(2 * x + 1, 2 * y + 1, p)));
+    return 0.25F * ((fine.get(2 * x, 2 * y, p) + fine.get(2 * x + 1, 2 * y, p)) +
+                    (fine.get(2 * x, 2 * y + 1, p) + fine.get(2 * x + 1, 2 * y + 1, p)));
   };
   for (std::int64_t y = coarse.data.y; y < coarse.data.bottom(); ++y)
     for (std::int64_t x = coarse.data.x; x < coarse.data.right(); ++x) {
