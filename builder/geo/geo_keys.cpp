@@ -340,8 +340,14 @@ class KeyWriter {
   GeoKeyTags tags_;
 };
 
-void write_geographic(const CrsDefinition& d, KeyWriter& keys) {
+// `by_code`: the EPSG code that is written says everything, and repeating it in numbers would only make other readers doubt the code.
+void write_geographic(const CrsDefinition& d, bool by_code, KeyWriter& keys) {
   keys.code(kAngularUnits, 9102);
+  if (by_code) {
+    if (d.projection == Projection::kGeographic) keys.code(kGeographicType, d.epsg);
+    keys.text(kGeographicCitation, cleaned(d.datum));
+    return;
+  }
   keys.number(kSemiMajorAxis, d.ellipsoid.semi_major_m);
   if (d.ellipsoid.inverse_flattening == 0.0) {
     keys.number(kSemiMinorAxis, d.ellipsoid.semi_major_m);
@@ -385,6 +391,8 @@ GeoKeyMeaning crs_from_geo_keys(const GeoKeyTags& tags) {
 
 GeoKeyTags geo_keys_from_crs(const Crs& crs) {
   const CrsDefinition& d = crs.definition();
+  const auto registered = Crs::from_epsg(d.epsg);
+  const bool code_says_all = d.epsg != 0 && registered && registered->same_coordinates(crs);
   KeyWriter keys;
   keys.code(kRasterType, 1);
   switch (d.projection) {
@@ -394,13 +402,13 @@ GeoKeyTags geo_keys_from_crs(const Crs& crs) {
       break;
     case Projection::kGeographic:
       keys.code(kModelType, kModelGeographic);
-      write_geographic(d, keys);
+      write_geographic(d, code_says_all, keys);
       break;
     case Projection::kTransverseMercator:
     case Projection::kWebMercator: {
       keys.code(kModelType, kModelProjected);
       keys.text(kCitation, cleaned(d.name));
-      write_geographic(d, keys);
+      write_geographic(d, code_says_all, keys);
       const int unit = length_unit_code(d.metres_per_unit);
       keys.code(kLinearUnits, unit == 0 ? kUserDefined : unit);
       if (unit == 0) keys.number(kLinearUnitSize, d.metres_per_unit);
