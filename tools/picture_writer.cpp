@@ -1,16 +1,14 @@
 #include "tools/picture_writer.h"
 
-#include <OpenImageIO/imageio.h>
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <algorithm>
-#include <cassert>
 #include <cctype>
-#include <system_error>
 #include <utility>
 
 #include "builder/source/geotiff_writer.h"
+#include "builder/source/picture_module.h"
+#include "tools/picture_writer_module.h"
 
 namespace vt::cli {
 
@@ -41,80 +39,10 @@ Result<std::unique_ptr<PictureWriter>> create_geotiff(const std::filesystem::pat
   return std::make_unique<GeoTiffPicture>(std::move(writer));
 }
 
-class OiioPicture : public PictureWriter {
- public:
-  OiioPicture(std::unique_ptr<OIIO::ImageOutput> output, std::filesystem::path path, std::filesystem::path temporary,
-              const PictureSpec& spec)
-      : output_(std::move(output)), path_(std::move(path)), temporary_(std::move(temporary)), spec_(spec) {}
-
-  ~OiioPicture() override {
-    if (is_finished_) return;
-    output_->close();
-    std::error_code ignored;
-    std::filesystem::remove(temporary_, ignored);
-  }
-
-  Result<void> write_rows(std::span<const std::byte> texels, std::int64_t rows) override {
-    const std::size_t row_bytes =
-        static_cast<std::size_t>(spec_.width) * static_cast<std::size_t>(spec_.channels) * (spec_.is_float ? 4 : 1);
-    assert(texels.size() == row_bytes * static_cast<std::size_t>(rows));
-    static_cast<void>(row_bytes);
-    const auto type = spec_.is_float ? OIIO::TypeDesc::FLOAT : OIIO::TypeDesc::UINT8;
-    const int first = static_cast<int>(next_row_);
-    if (!output_->write_scanlines(first, first + static_cast<int>(rows), 0, type, texels.data())) return failed("write");
-    next_row_ += rows;
-    return {};
-  }
-
-  Result<void> finish() override {
-    if (!output_->close()) return failed("finish");
-    std::error_code error;
-    std::filesystem::rename(temporary_, path_, error);
-    if (error)
-      return fail(ErrorCode::kIo, fmt::format("{}: cannot rename {} to it: {}", path_.string(), temporary_.string(), error.message()));
-    is_finished_ = true;
-    return {};
-  }
-
- private:
-  [[nodiscard]] tl::unexpected<Error> failed(const char* act) const {
-    return fail(ErrorCode::kIo, fmt::format("{}: cannot {}: {}", path_.string(), act, output_->geterror()));
-  }
-
-  std::unique_ptr<OIIO::ImageOutput> output_;
-  std::filesystem::path path_;
-  std::filesystem::path temporary_;
-  PictureSpec spec_;
-  std::int64_t next_row_ = 0;
-  bool is_finished_ = false;
-};
-
-Result<std::unique_ptr<PictureWriter>> create_oiio(const std::filesystem::path& path, const PictureSpec& spec) {
-  constexpr std::int64_t kMaxEdge = 0x7fffffff;
-  if (spec.width > kMaxEdge || spec.height > kMaxEdge) {
-    return fail(ErrorCode::kUnsupported, fmt::format("{}: {} x {} texels are more than the format holds; write .tif or choose a --window",
-                                                     path.string(), spec.width, spec.height));
-  }
-  auto output = OIIO::ImageOutput::create(path.string());
-  if (!output)
-    return fail(ErrorCode::kInternal, fmt::format("{}: OpenImageIO cannot write this kind: {}", path.string(), OIIO::geterror()));
-
-  OIIO::ImageSpec picture(static_cast<int>(spec.width), static_cast<int>(spec.height), spec.channels,
-                          spec.is_float ? OIIO::TypeDesc::FLOAT : OIIO::TypeDesc::UINT8);
-  if (spec.last_is_alpha) picture.alpha_channel = spec.channels - 1;
-  if (spec.channels == 2 && spec.last_is_alpha) picture.channelnames = {"Y", "A"};
-  if (spec.channels == 1) picture.channelnames = {"Y"};
-  picture.attribute("oiio:UnassociatedAlpha", 1);
-  if (spec.is_srgb) picture.attribute("oiio:ColorSpace", "sRGB");
-  if (spec.is_float) picture.attribute("compression", "zip");
-
-  // The name keeps its suffix at the end, because the plug-in looks at it.
-  const std::filesystem::path temporary =
-      path.parent_path() / fmt::format(".{}.{}.partial{}", path.stem().string(), ::getpid(), path.extension().string());
-  if (!output->open(temporary.string(), picture)) {
-    return fail(ErrorCode::kIo, fmt::format("{}: cannot create: {}", path.string(), output->geterror()));
-  }
-  return std::make_unique<OiioPicture>(std::move(output), path, temporary, spec);
+// From the library that holds all of OpenImageIO, loaded when the first such picture is written.
+Result<std::unique_ptr<PictureWriter>> create_with_openimageio(const std::filesystem::path& path, const PictureSpec& spec) {
+  VT_ASSIGN(const void* const symbol, source::picture_library_symbol(kPictureWriterModuleSymbol));
+  return static_cast<const PictureWriterModule*>(symbol)->create(path, spec);
 }
 
 }  // namespace
@@ -130,7 +58,7 @@ Result<PictureKind> picture_kind(const std::filesystem::path& path) {
 
 Result<std::unique_ptr<PictureWriter>> create_picture(const std::filesystem::path& path, const PictureSpec& spec) {
   VT_ASSIGN(const PictureKind kind, picture_kind(path));
-  return kind == PictureKind::kTiff ? create_geotiff(path, spec) : create_oiio(path, spec);
+  return kind == PictureKind::kTiff ? create_geotiff(path, spec) : create_with_openimageio(path, spec);
 }
 
 }  // namespace vt::cli

@@ -8,7 +8,7 @@ namespace vt::source {
 namespace {
 
 // Beside the program's folder, as the build lays it out (bin/, lib/), or in it.
-Result<const PictureModule*> load_module() {
+Result<void*> load_library() {
   std::error_code error;
   const std::filesystem::path program = std::filesystem::read_symlink("/proc/self/exe", error);
   if (error) return fail(ErrorCode::kInternal, "cannot find this program's own folder: " + error.message());
@@ -16,12 +16,8 @@ Result<const PictureModule*> load_module() {
   std::string reasons;
   for (const std::filesystem::path& place : {folder / "../lib/vt_pictures.so", folder / "vt_pictures.so"}) {
     void* const library = dlopen(place.c_str(), RTLD_NOW | RTLD_LOCAL);  // stays open until the program ends
-    if (library == nullptr) {
-      reasons += std::string("; ") + dlerror();
-      continue;
-    }
-    if (void* const symbol = dlsym(library, kPictureModuleSymbol); symbol != nullptr) return static_cast<const PictureModule*>(symbol);
-    reasons += "; " + place.string() + " is another version";
+    if (library != nullptr) return library;
+    reasons += std::string("; ") + dlerror();
   }
   return fail(ErrorCode::kInternal,
               "pictures other than TIFF need vt_pictures.so, which belongs to this program but cannot be loaded" + reasons);
@@ -29,10 +25,18 @@ Result<const PictureModule*> load_module() {
 
 }  // namespace
 
+Result<const void*> picture_library_symbol(const char* name) {
+  static const Result<void*> library = load_library();
+  if (!library) return tl::unexpected(library.error());
+  const void* const symbol = dlsym(*library, name);
+  if (symbol == nullptr)
+    return fail(ErrorCode::kInternal, std::string("vt_pictures.so has no ") + name + ": it is from another build than this program");
+  return symbol;
+}
+
 Result<std::unique_ptr<RasterSource>> open_picture(const std::filesystem::path& path, const OpenOptions& options) {
-  static const Result<const PictureModule*> module = load_module();
-  if (!module) return tl::unexpected(module.error());
-  return (*module)->open_picture(path, options);
+  VT_ASSIGN(const void* const module, picture_library_symbol(kPictureModuleSymbol));
+  return static_cast<const PictureModule*>(module)->open_picture(path, options);
 }
 
 }  // namespace vt::source

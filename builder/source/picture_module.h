@@ -16,6 +16,10 @@ struct PictureModule {
 };
 inline constexpr char kPictureModuleSymbol[] = "vt_picture_module";
 
+// The address of something that the library exports; loads it first. kInternal when it is not beside the program, where the build puts it.
+// Any thread.
+[[nodiscard]] Result<const void*> picture_library_symbol(const char* name);
+
 }  // namespace vt::source
 
 extern "C" __attribute__((visibility("default"))) const vt::source::PictureModule vt_picture_module;
