@@ -1,7 +1,6 @@
 // Several sources, other grids, other projections.
 #include <gtest/gtest.h>
 
-#include "builder/resample/grid_warp.h"
 #include "tests/pipeline/small_builds.h"
 
 namespace vt::pipeline {
@@ -83,32 +82,6 @@ TEST(Resampling, PutsEveryTexelWithinAHundredthOfItsPlace) {
         ++checked;
       }
     EXPECT_GT(checked, 5000);
-  }
-}
-
-TEST(Resampling, TheLatticeAgreesWithTheProjections) {
-  const geo::Crs utm = utm33();
-  const geo::Crs geographic = geo::Crs::from_epsg(4326).value();
-  // Far from the central meridian and far north, where the map bends most.
-  const resample::GridWarp warp({22.0, 70.0, 0.002, 0.001}, geographic, {900000.0, 30.0, 0.0, 7900000.0, 0.0, -30.0}, utm);
-  const TexelRect rect{5, 11, 100, 90};
-  std::vector<Point2> positions(static_cast<std::size_t>(rect.width * rect.height));
-  warp.map_centres(rect, positions);
-  for (std::int64_t y = 0; y < rect.height; ++y)
-    for (std::int64_t x = 0; x < rect.width; ++x) {
-      const Point2 exact = warp.exact({static_cast<double>(rect.x + x) + 0.5, static_cast<double>(rect.y + y) + 0.5});
-      const Point2& found = positions[static_cast<std::size_t>(y * rect.width + x)];
-      // The cell's centre is checked; elsewhere in the cell a smooth map errs no more than a little beyond that.
-      ASSERT_NEAR(found.x, exact.x, 2 * resample::GridWarp::kTolerance);
-      ASSERT_NEAR(found.y, exact.y, 2 * resample::GridWarp::kTolerance);
-    }
-  // Cutting the work differently gives the same positions, bit for bit.
-  std::vector<Point2> one(1);
-  for (const auto& [x, y] : {std::pair{5, 11}, {63, 40}, {64, 64}, {104, 100}}) {
-    warp.map_centres({x, y, 1, 1}, one);
-    const Point2& in_rect = positions[static_cast<std::size_t>((y - rect.y) * rect.width + (x - rect.x))];
-    EXPECT_EQ(one[0].x, in_rect.x);
-    EXPECT_EQ(one[0].y, in_rect.y);
   }
 }
 
