@@ -22,6 +22,11 @@ channels::ConstPlaneRow shifted(const channels::ConstPlaneRow& row, std::int64_t
 
 }  // namespace
 
+bool is_one_value(std::span<const std::byte> texels, std::size_t texel_bytes) {
+  // Each texel equals the one before it.
+  return std::memcmp(texels.data(), texels.data() + texel_bytes, texels.size() - texel_bytes) == 0;
+}
+
 TileBand::TileBand(const LayerInfo& layer, const channels::ChannelCodec& codec, store::Compression compression, Level level,
                    const TexelRect& core)
     : format_(layer.format),
@@ -116,14 +121,10 @@ void TileBand::fill_outside(OpenTile& tile) const {
   }
 }
 
-bool TileBand::is_constant(const OpenTile& tile) const {
-  return std::memcmp(tile.texels.data(), tile.texels.data() + texel_bytes_, tile.texels.size() - texel_bytes_) == 0;
-}
-
 Result<EncodedTile> TileBand::encode(const OpenTile& tile) const {
   EncodedTile encoded;
   encoded.tile = {level_, tile.column, static_cast<std::uint32_t>(tile_row_)};
-  encoded.is_constant = is_constant(tile);
+  encoded.is_constant = is_one_value(tile.texels, texel_bytes_);
   const bool is_bc1 = format_ == TexelFormat::kBc1;
   const auto edge = static_cast<std::size_t>(encoded.is_constant ? 4 : tile_texels_);
 

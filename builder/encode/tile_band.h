@@ -3,7 +3,9 @@
 // compression. One object per thread.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "builder/channels/channel_codec.h"
@@ -19,6 +21,9 @@ struct EncodedTile {
   std::vector<std::byte> constant_block;  // one texel or one 4x4 block, when constant
   store::EncodedPayload payload;          // otherwise
 };
+
+// Every texel (or block, or planes of a texel) has the same bytes as the first; `texels` holds at least one, of `texel_bytes` each.
+[[nodiscard]] bool is_one_value(std::span<const std::byte> texels, std::size_t texel_bytes);
 
 class TileBand {
  public:
@@ -43,7 +48,6 @@ class TileBand {
   template <class WriteSegment>
   void add_segments(std::int64_t y, const WriteSegment& write_segment);
   void fill_outside(OpenTile& tile) const;
-  [[nodiscard]] bool is_constant(const OpenTile& tile) const;
   [[nodiscard]] Result<EncodedTile> encode(const OpenTile& tile) const;
 
   TexelFormat format_;

@@ -49,13 +49,13 @@ class BlockJob::Output final : public pyramid::RowSink {
   [[nodiscard]] Result<void> finish() {
     VT_CHECK(status_);
     if (carry_.empty()) return {};
-    const auto floats = static_cast<std::size_t>(carry_floats());
+    const std::size_t texel_bytes = static_cast<std::size_t>(carry_floats()) * sizeof(float);
     const auto raw = std::as_bytes(std::span(carry_));
     encode::EncodedTile tile;
     tile.tile = carry_tile_;
-    tile.is_constant = std::memcmp(raw.data(), raw.data() + floats * sizeof(float), raw.size() - floats * sizeof(float)) == 0;
+    tile.is_constant = encode::is_one_value(raw, texel_bytes);
     if (tile.is_constant) {
-      tile.constant_block.assign(raw.begin(), raw.begin() + static_cast<std::ptrdiff_t>(floats * sizeof(float)));
+      tile.constant_block.assign(raw.begin(), raw.begin() + static_cast<std::ptrdiff_t>(texel_bytes));
     } else {
       VT_ASSIGN(tile.payload, store::encode_payload(raw, {store::Codec::kZstd, 1}));
     }
