@@ -1,7 +1,5 @@
 #include "store/codec.h"
 
-#define XXH_INLINE_ALL
-#include <xxhash.h>
 #include <zstd.h>
 
 #include <charconv>
@@ -88,12 +86,6 @@ Result<void> decode_payload(Codec codec, std::span<const std::byte> stored, std:
     }
   }
   return fail(ErrorCode::kUnsupported, "codec " + std::to_string(static_cast<int>(codec)) + " is not known");
-}
-
-std::string content_hash(std::span<const std::byte> bytes) {
-  char digits[17];
-  std::snprintf(digits, sizeof digits, "%016llx", static_cast<unsigned long long>(XXH3_64bits(bytes.data(), bytes.size())));
-  return digits;
 }
 
 }  // namespace vt::store

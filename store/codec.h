@@ -5,7 +5,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
-#include <string>
 #include <string_view>
 #include <vector>
 
@@ -40,8 +39,5 @@ inline constexpr std::size_t kMaxRawBytes = std::size_t{256} << 20;
 [[nodiscard]] Result<EncodedPayload> encode_payload(std::span<const std::byte> raw, Compression compression);
 // `out` is exactly the raw size. kCorrupt when `stored` does not decode to exactly that many bytes.
 [[nodiscard]] Result<void> decode_payload(Codec codec, std::span<const std::byte> stored, std::span<std::byte> out);
-
-// XXH3-64 of some bytes as 16 hex digits: what the store uses to know content again.
-[[nodiscard]] std::string content_hash(std::span<const std::byte> bytes);
 
 }  // namespace vt::store

@@ -6,6 +6,7 @@
 #include <fstream>
 
 #include "builder/pyramid/block_cascade.h"
+#include "store/content_hash.h"
 
 namespace vt::pipeline {
 namespace {
