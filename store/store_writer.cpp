@@ -46,10 +46,10 @@ struct StoreWriter::Impl final : PageCache::Log {
   mutable std::mutex mutex;
   std::vector<CatalogLayer> layers;  // ordered by id
   mutable PageCache pages{*this};
-  std::uint64_t end = kLogStart;  // where the next record goes
+  std::uint64_t end = kLogStart;           // where the next record goes
   std::uint64_t written_back = kLogStart;  // up to here the system was asked to write to the disk
-  bool changed = false;           // something was put since the last commit
-  std::optional<Error> broken;    // after the first failed write nothing more is promised but what was committed
+  bool changed = false;                    // something was put since the last commit
+  std::optional<Error> broken;             // after the first failed write nothing more is promised but what was committed
   std::unordered_map<std::string, Reference> constants;
 
   [[nodiscard]] CatalogLayer* find(LayerId id) {
@@ -329,7 +329,7 @@ Result<void> StoreWriter::set_metadata(LayerId id, std::string metadata_json) {
   return {};
 }
 
-Result<void> StoreWriter::put(LayerId id, TileId tile, const EncodedPayload& payload) {
+Result<void> StoreWriter::put(LayerId id, TileId tile, const PayloadView& payload) {
   RecordHeader header{.type = RecordType::kTile,
                       .codec = payload.codec,
                       .raw_bytes = payload.raw_bytes,
