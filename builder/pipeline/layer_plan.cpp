@@ -218,7 +218,7 @@ Result<resample::PlacedSource> place_source(const LayerRequest& request, const L
   layout.range = request.range;
   VT_ASSIGN(placed.bands, choose_bands(layer.channel, source, layout.has_alpha));
   layout.value_bands = static_cast<int>(placed.bands.size()) - (layout.has_alpha ? 1 : 0);
-  placed.texel_bytes = layout.texel_bytes();
+  placed.layout = layout;
   auto codec = channels::make_codec(layer.channel, layout, layer.transfer, layer.format);
   if (!codec) return fail(codec.error().code, source.request.path.string() + ": " + codec.error().message);
   placed.codec = std::move(*codec);
@@ -380,7 +380,7 @@ Result<LayerPlan> plan_layer(const LayerRequest& request, const std::optional<Da
                               ": 0 is taken as black and 65535 as white; if the picture comes out dark, give --range LOW,HIGH");
     placed.push_back(std::move(one));
   }
-  plan.sampler = std::make_shared<const resample::BaseSampler>(std::move(placed));
+  plan.sampler = std::make_shared<const resample::BaseSampler>(std::move(placed), plan.info.data.width, plan.info.data.height);
 
   plan.settings["channel"] = channel_info(request.channel).name;
   plan.settings["format"] = format_info(plan.info.format).name;
