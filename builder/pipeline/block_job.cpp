@@ -60,11 +60,11 @@ class BlockJob::Output final : public pyramid::RowSink {
     const auto raw = std::as_bytes(std::span(carry_));
     encode::EncodedTile tile;
     tile.tile = carry_tile_;
-    tile.is_constant = encode::is_one_value(raw, texel_bytes);
-    if (tile.is_constant) {
-      tile.constant_block.assign(raw.begin(), raw.begin() + static_cast<std::ptrdiff_t>(texel_bytes));
+    std::vector<std::byte> compressed;
+    if (encode::is_one_value(raw, texel_bytes)) {
+      tile.constant_block = raw.first(texel_bytes);
     } else {
-      VT_ASSIGN(tile.payload, store::encode_payload(raw, {store::Codec::kZstd, 1}));
+      VT_ASSIGN(tile.payload, store::encode_payload(raw, {store::Codec::kZstd, 1}, compressed));
     }
     return job_.put(job_.ids_.carry, tile);
   }
@@ -81,15 +81,8 @@ class BlockJob::Output final : public pyramid::RowSink {
   }
 
   void store_finished(int k) {
-    auto finished = bands_[static_cast<std::size_t>(k)].take_finished();
-    if (!finished) {
-      status_ = tl::unexpected(finished.error());
-      return;
-    }
-    for (const encode::EncodedTile& tile : *finished) {
-      status_ = job_.put(job_.ids_.texture, tile);
-      if (!status_) return;
-    }
+    status_ = bands_[static_cast<std::size_t>(k)].take_finished(
+        [this](const encode::EncodedTile& tile) { return job_.put(job_.ids_.texture, tile); });
   }
 
   BlockJob& job_;
@@ -106,7 +99,10 @@ class BlockJob::Output final : public pyramid::RowSink {
 BlockJob::BlockJob(const LayerPlan& plan, LayerIds ids, store::StoreWriter& writer) : plan_(plan), ids_(ids), writer_(writer) {}
 
 Result<void> BlockJob::put(LayerId layer, const encode::EncodedTile& tile) {
-  return tile.is_constant ? writer_.put_constant(layer, tile.tile, tile.constant_block) : writer_.put(layer, tile.tile, tile.payload);
+  // A rebuilt block may find nothing where there was something.
+  if (tile.is_empty) return writer_.remove(layer, tile.tile);
+  if (!tile.constant_block.empty()) return writer_.put_constant(layer, tile.tile, tile.constant_block);
+  return writer_.put(layer, tile.tile, tile.payload);
 }
 
 Result<void> BlockJob::run(const Tier& tier, bool first_tier, std::int64_t index, const std::function<void(std::uint64_t)>& progress,
