@@ -6,6 +6,7 @@
 #include <fstream>
 
 #include "builder/pyramid/block_cascade.h"
+#include "builder/source/block_cache.h"
 #include "store/content_hash.h"
 
 namespace vt::pipeline {
@@ -50,12 +51,12 @@ std::string content_fingerprint(const std::filesystem::path& path, std::uintmax_
   return store::content_hash(std::as_bytes(std::span(pieces)));
 }
 
-Result<OpenSource> open_source(const SourceRequest& request, std::size_t cache_bytes) {
+Result<OpenSource> open_source(const SourceRequest& request, const std::shared_ptr<source::BlockCache>& cache) {
   source::OpenOptions options;
   options.crs = request.crs;
   options.extent = request.extent;
   options.nodata = request.nodata;
-  options.cache_bytes = cache_bytes;
+  options.cache = cache;
   VT_ASSIGN(std::unique_ptr<source::RasterSource> raster, source::open_raster(request.path, options));
   const RasterInfo& info = raster->info();
   geo::Crs crs;
@@ -338,9 +339,10 @@ Result<LayerPlan> plan_layer(const LayerRequest& request, const std::optional<Da
   VT_ASSIGN(plan.kernel, choose_kernel(request));
   VT_ASSIGN(plan.compression, store::parse_compression(request.compression));
 
+  const auto cache = std::make_shared<source::BlockCache>(source_cache_bytes);
   std::vector<OpenSource> sources;
   for (const SourceRequest& source : request.sources) {
-    VT_ASSIGN(OpenSource open, open_source(source, source_cache_bytes / request.sources.size()));
+    VT_ASSIGN(OpenSource open, open_source(source, cache));
     sources.push_back(std::move(open));
   }
   if (frame && request.crs && !frame->crs.same_coordinates(*request.crs))

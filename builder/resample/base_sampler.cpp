@@ -8,7 +8,8 @@
 
 namespace vt::resample {
 
-BaseSampler::BaseSampler(std::vector<PlacedSource> sources, std::int64_t width, std::int64_t height) : sources_(std::move(sources)) {
+BaseSampler::BaseSampler(std::vector<PlacedSource> sources, std::int64_t width, std::int64_t height)
+    : sources_(std::move(sources)), width_(width) {
   assert(!sources_.empty());
   std::vector<TexelRect> rects;
   rects.reserve(sources_.size());
@@ -116,10 +117,24 @@ Result<void> BaseSampler::hash(const TexelRect& rect, BaseChunk& chunk, store::C
   find_parts(rect, chunk);
   for (const Part& part : chunk.parts_) {
     add_mark(*part.source, part.rect, rect, content);
-    VT_CHECK(part.source->is_aligned ? part.source->hash(part.source->window_of(part.rect), chunk.samples_, content)
+    VT_CHECK(part.source->is_aligned ? part.source->hash(part.source->window_of(part.rect), content)
                                      : hash_warped(*part.source, part.rect, chunk.warp_, content));
   }
   return {};
+}
+
+void BaseSampler::release_rows_before(std::int64_t row) const {
+  std::int64_t released = released_.load(std::memory_order_relaxed);
+  while (released < row && !released_.compare_exchange_weak(released, row, std::memory_order_relaxed)) {
+  }
+  if (released >= row) return;
+  // Sources that end above the rows now released have had their hint.
+  std::vector<std::uint32_t> found;
+  index_.find({0, released, width_, row - released}, found);
+  for (const std::uint32_t number : found) {
+    const PlacedSource& source = sources_[number];
+    if (source.is_aligned) source.raster->release_rows_before(std::min(row - source.offset_y, source.raster->info().height));
+  }
 }
 
 bool BaseChunk::decode_row(std::int64_t row, const channels::PlaneRow& out) const {

@@ -4,6 +4,7 @@
 // shared; a BaseChunk belongs to one thread.
 #pragma once
 
+#include <atomic>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
@@ -37,8 +38,11 @@ class BaseSampler {
   // Reads what `rect` needs. Adds to `content`, when it is given, all that decides the result: for each source that is seen in `rect`, in
   // order, how it is read and what was read. Equal contents of equal rectangles mean equal texels.
   [[nodiscard]] Result<void> load(const TexelRect& rect, BaseChunk& chunk, store::ContentHasher* content = nullptr) const;
-  // Adds to `content` exactly what load() would add, with as little decoding as the sources can do with. `chunk` lends its buffers.
+  // Adds to `content` exactly what load() would add. Nothing is decoded; `chunk` lends its buffers.
   [[nodiscard]] Result<void> hash(const TexelRect& rect, BaseChunk& chunk, store::ContentHasher& content) const;
+
+  // A hint that no row above `row` will be asked for again. Rows may still be asked for; then they are read again.
+  void release_rows_before(std::int64_t row) const;
 
  private:
   // One source in a rectangle.
@@ -57,7 +61,10 @@ class BaseSampler {
   friend class BaseChunk;
   std::vector<PlacedSource> sources_;
   RectIndex index_;  // of the sources' covered rectangles
+  std::int64_t width_;
   bool passes_texels_ = false;
+  // Rows above have been released: hints go only to sources that have not had them.
+  mutable std::atomic<std::int64_t> released_{0};
 };
 
 // Some rows of the finest level. Reused from call to call, so that its buffers are allocated once.

@@ -56,18 +56,12 @@ bool PlacedSource::is_opaque() const {
 Result<void> PlacedSource::read(const source::Window& window, std::span<std::byte> out, std::size_t row_pitch_bytes,
                                 store::ContentHasher* content) const {
   if (content != nullptr) add_window(window, *content);
-  VT_CHECK(raster->read(window, bands, out, row_pitch_bytes));
-  if (content == nullptr) return {};
-  const std::size_t row_bytes = static_cast<std::size_t>(window.width) * layout.texel_bytes();
-  for (std::int64_t row = 0; row < window.height; ++row)
-    content->add(out.subspan(static_cast<std::size_t>(row) * row_pitch_bytes, row_bytes));
-  return {};
+  return raster->read(window, bands, out, row_pitch_bytes, content);
 }
 
-Result<void> PlacedSource::hash(const source::Window& window, std::vector<std::byte>& scratch, store::ContentHasher& content) const {
-  const std::size_t row_bytes = static_cast<std::size_t>(window.width) * layout.texel_bytes();
-  scratch.resize(static_cast<std::size_t>(window.height) * row_bytes);
-  return read(window, scratch, row_bytes, &content);
+Result<void> PlacedSource::hash(const source::Window& window, store::ContentHasher& content) const {
+  add_window(window, content);
+  return raster->hash(window, bands, content);
 }
 
 bool same_layout(const channels::SampleLayout& a, const channels::SampleLayout& b) {

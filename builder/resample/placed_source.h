@@ -40,8 +40,8 @@ struct PlacedSource {
   // when it is given.
   [[nodiscard]] Result<void> read(const source::Window& window, std::span<std::byte> out, std::size_t row_pitch_bytes,
                                   store::ContentHasher* content) const;
-  // Adds what read() would add. `scratch` is any buffer, kept by the caller from call to call.
-  [[nodiscard]] Result<void> hash(const source::Window& window, std::vector<std::byte>& scratch, store::ContentHasher& content) const;
+  // Adds what read() would add. Nothing is decoded.
+  [[nodiscard]] Result<void> hash(const source::Window& window, store::ContentHasher& content) const;
 };
 
 [[nodiscard]] bool same_layout(const channels::SampleLayout& a, const channels::SampleLayout& b);

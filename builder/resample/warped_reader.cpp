@@ -128,9 +128,8 @@ Result<void> composite_warped(const PlacedSource& source, const TexelRect& part,
 }
 
 Result<void> hash_warped(const PlacedSource& source, const TexelRect& part, WarpBuffers& buffers, store::ContentHasher& content) {
-  return for_each_window(source, part, buffers, [&](const TexelRect&, const source::Window& window) -> Result<void> {
-    return source.hash(window, buffers.samples, content);
-  });
+  return for_each_window(source, part, buffers,
+                         [&](const TexelRect&, const source::Window& window) -> Result<void> { return source.hash(window, content); });
 }
 
 }  // namespace vt::resample

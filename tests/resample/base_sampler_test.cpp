@@ -203,6 +203,16 @@ TEST(BaseSampler, TouchesOnlyWhatASourceCovers) {
   EXPECT_TRUE(sampler.touches({89, 69, 1, 1}));
 }
 
+TEST(BaseSampler, PassesHintsOnInTheSourcesOwnRows) {
+  const PlacedSource north = color_source({0, 0, 90, 30}, kOpaque, 1);
+  const PlacedSource south = color_source({0, 20, 90, 50}, kOpaque, 2);
+  const BaseSampler sampler = sampler_of({north, south});
+  for (const std::int64_t row : {10, 25, 20, 40, 70}) sampler.release_rows_before(row);
+  const auto released = [](const PlacedSource& source) { return static_cast<const MemorySource&>(*source.raster).released; };
+  EXPECT_EQ(released(north), (std::vector<std::int64_t>{10, 25, 30}));
+  EXPECT_EQ(released(south), (std::vector<std::int64_t>{5, 20, 50}));
+}
+
 TEST(BaseSampler, ARectangleWithoutSourcesHasNoDataAndNoContent) {
   const BaseSampler sampler = sampler_of({color_source({10, 10, 5, 5}, kOpaque, 1)});
   BaseChunk chunk;
