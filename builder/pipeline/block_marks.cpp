@@ -1,6 +1,7 @@
 #include "builder/pipeline/block_marks.h"
 
 #include <algorithm>
+#include <array>
 
 namespace vt::pipeline {
 namespace {
@@ -33,6 +34,9 @@ LayerInfo BlockMarks::describe(const LayerPlan& plan, int block_levels) {
   const std::int64_t edge = std::int64_t{1} << kMarkTileExponent;
   const double texels = static_cast<double>(first.block_texels / edge);
   info.data = {first.first_column * edge, first.first_row * edge, first.columns * edge, first.rows * edge};
+  // The first block may begin outside the layer's data.
+  info.grid.origin_x -= static_cast<double>(plan.info.data.x - first.first_column * first.block_texels) * plan.info.grid.step_x;
+  info.grid.origin_y += static_cast<double>(plan.info.data.y - first.first_row * first.block_texels) * plan.info.grid.step_y;
   info.grid.step_x = plan.info.grid.step_x * texels;
   info.grid.step_y = plan.info.grid.step_y * texels;
   return info;
