@@ -1,7 +1,8 @@
 // Appends tiles and layers to a store file and makes them durable. One writer at a time (an advisory lock keeps others out); any number of
 // readers beside it. Nothing is visible to readers before commit(); a crash at any moment leaves the last commit whole.
-// Threads: put, put_constant, remove, contains, holds, holds_constant and read may be called from many threads at once, also while one thread is in commit(): what
-// was not finished when the commit took its turn belongs to the next one. create, open, add_layer, set_* and finish from one thread, alone.
+// Threads: put, put_constant, remove, contains, holds, holds_constant and read may be called from many threads at once, also while one
+// thread is in commit(): what was not finished when the commit took its turn belongs to the next one. create, open, add_layer, set_* and
+// finish from one thread, alone.
 #pragma once
 
 #include <cstddef>

@@ -131,8 +131,8 @@ Result<void> BlockJob::put(LayerId layer, const encode::EncodedTile& tile) {
   }
   // What a rebuilt block finds as it was costs no new bytes.
   const bool is_constant = !tile.constant_block.empty();
-  VT_ASSIGN(const bool is_there, is_constant ? writer_.holds_constant(layer, tile.tile, tile.constant_block)
-                                             : writer_.holds(layer, tile.tile, tile.payload));
+  VT_ASSIGN(const bool is_there,
+            is_constant ? writer_.holds_constant(layer, tile.tile, tile.constant_block) : writer_.holds(layer, tile.tile, tile.payload));
   if (is_there) {
     ++counts.unchanged;
     return {};

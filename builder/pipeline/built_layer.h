@@ -18,8 +18,8 @@ struct BuiltLayer {
   bool is_updating = false;
 };
 
-// Finds the layer of `plan`, or adds it and commits. kExists: a layer of that name has other settings; other sources are an error too unless
-// `may_differ_in_sources`. kInvalidData: the layer cannot go on, because its working state is not in the store.
+// Finds the layer of `plan`, or adds it and commits. kExists: a layer of that name has other settings; other sources are an error too
+// unless `may_differ_in_sources`. kInvalidData: the layer cannot go on, because its working state is not in the store.
 [[nodiscard]] Result<BuiltLayer> open_built_layer(store::StoreWriter& writer, const LayerPlan& plan, int block_levels,
                                                   bool may_differ_in_sources);
 

@@ -93,8 +93,7 @@ class TierRun {
 
   [[nodiscard]] std::optional<std::int64_t> take_block() {
     const std::lock_guard lock(mutex_);
-    if (options_.cancel != nullptr && options_.cancel->load() && next_ < blocks_.size())
-      stop_with({ErrorCode::kCancelled, "stopped"});
+    if (options_.cancel != nullptr && options_.cancel->load() && next_ < blocks_.size()) stop_with({ErrorCode::kCancelled, "stopped"});
     if (stopped_ || next_ == blocks_.size()) return std::nullopt;
     in_hand_.insert(blocks_[next_]);
     return blocks_[next_++];
