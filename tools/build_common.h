@@ -20,6 +20,9 @@ struct BuildFlags {
   std::string progress = "auto";
   double checkpoint_seconds = 10.0;
   int block_levels = 0;
+  bool update = false;
+  bool stats = false;
+  bool json = false;
   bool dry_run = false;
 
   void add_to(CLI::App& command);
