@@ -4,7 +4,6 @@
 #include <array>
 #include <cassert>
 #include <mutex>
-#include <random>
 #include <unordered_map>
 #include <utility>
 
@@ -12,21 +11,13 @@
 #include "store/layout.h"
 #include "store/page_cache.h"
 #include "store/tile_text.h"
+#include "store/uuid.h"
 
 namespace vt::store {
 namespace {
 
 // Distinct constant values remembered so that equal ones share a record; forgetting one costs 64 bytes of file.
 constexpr std::size_t kMaxConstants = 65536;
-
-Uuid random_uuid() {
-  std::random_device device;
-  Uuid uuid;
-  for (std::size_t i = 0; i < uuid.size(); i += 4) put<std::uint32_t>(uuid, i, device());
-  uuid[6] = (uuid[6] & std::byte{0x0F}) | std::byte{0x40};  // RFC 4122, version 4: random
-  uuid[8] = (uuid[8] & std::byte{0x3F}) | std::byte{0x80};
-  return uuid;
-}
 
 }  // namespace
 
@@ -35,6 +26,7 @@ struct StoreWriter::Impl final : PageCache::Log {
   File file;
   Uuid uuid = {};
   std::uint64_t generation = 0;
+  ColdStart cold_start;  // handed on from commit to commit
   StoreDescription description;
 
   // Guards everything below. Held while the index is read or changed, never while a tile is hashed, written or read.
@@ -131,7 +123,8 @@ struct StoreWriter::Impl final : PageCache::Log {
   }
 
   [[nodiscard]] Result<void> write_superblock(std::uint64_t number, const Reference& catalog) {
-    const auto block = encode_superblock({.uuid = uuid, .generation = number, .file_end = end, .catalog = catalog});
+    const auto block =
+        encode_superblock({.uuid = uuid, .generation = number, .file_end = end, .catalog = catalog, .cold_start = cold_start});
     return file.write_at(superblock_offset(number), block);
   }
   [[nodiscard]] Result<void> sync() {
@@ -210,6 +203,9 @@ Result<StoreWriter> StoreWriter::open(const std::filesystem::path& path, WriterO
   VT_ASSIGN(const bool locked, impl->file.try_lock());
   if (!locked)
     return fail(ErrorCode::kExists, path.string() + ": another program is writing to this store; wait until it is done, or stop it");
+  // Packing puts another file in the place of this one; what is appended to a file without a name is lost.
+  VT_ASSIGN(const bool is_current, impl->file.still_named());
+  if (!is_current) return fail(ErrorCode::kExists, path.string() + ": was replaced by another store at this moment; run again");
 
   VT_ASSIGN(const std::uint64_t file_bytes, impl->file.size());
   std::vector<std::byte> head(std::min<std::uint64_t>(kLogStart, file_bytes));
@@ -230,6 +226,7 @@ Result<StoreWriter> StoreWriter::open(const std::filesystem::path& path, WriterO
 
   impl->uuid = superblock->uuid;
   impl->generation = superblock->generation;
+  impl->cold_start = superblock->cold_start;
   impl->end = superblock->file_end;
   impl->description = std::move(catalog->description);
   impl->layers = std::move(catalog->layers);
