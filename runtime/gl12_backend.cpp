@@ -44,6 +44,8 @@ Result<Gl12Backend::Upload> Gl12Backend::upload_for(TexelFormat layer_format, bo
     case TexelFormat::kRg32Float:
     case TexelFormat::kRgba32Float:
       break;
+    case TexelFormat::kHash128:
+      return fail(ErrorCode::kUnsupported, "hash128 layers hold no texture");
   }
   return fail(ErrorCode::kUnsupported,
               std::string(format_info(layer_format).name) + " textures do not exist in OpenGL 1.2; use the shader path");

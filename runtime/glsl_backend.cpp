@@ -70,7 +70,7 @@ Result<void> GlslBackend::load(const GlHost& host, GlTextures& textures) {
 Result<Gl12Backend::Upload> GlslBackend::upload_for(TexelFormat layer_format, bool must_be_plain) const {
   using Upload = Gl12Backend::Upload;
   if (!floats_ && format_info(layer_format).block_bytes % 4 == 0 && layer_format != TexelFormat::kRgba8 &&
-      layer_format != TexelFormat::kBc1)
+      layer_format != TexelFormat::kBc1 && layer_format != TexelFormat::kHash128)
     return fail(ErrorCode::kUnsupported, std::string(format_info(layer_format).name) + " textures need OpenGL 3.0");
   switch (layer_format) {
     case TexelFormat::kRgb8:
@@ -86,6 +86,8 @@ Result<Gl12Backend::Upload> GlslBackend::upload_for(TexelFormat layer_format, bo
       return Upload{layer_format, {.internal = glsl::GL_RG32F, .format = glsl::GL_RG, .type = gl12::GL_FLOAT}};
     case TexelFormat::kRgba32Float:
       return Upload{layer_format, {.internal = glsl::GL_RGBA32F, .format = gl12::GL_RGBA, .type = gl12::GL_FLOAT}};
+    case TexelFormat::kHash128:
+      return fail(ErrorCode::kUnsupported, "hash128 layers hold no texture");
   }
   return fail(ErrorCode::kInternal, "a texel format without a GL format");
 }

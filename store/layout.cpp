@@ -150,10 +150,10 @@ Checked<Superblock> decode_superblock(std::span<const std::byte> block, int slot
     return fault(FaultNumber::kSuperblockDamaged, ErrorCode::kInvalidData, name + " does not begin with \"VTSTORE1\"");
   if (get<std::uint64_t>(block, kSuperblockHashAt) != hash_bytes(block.first(kSuperblockHashAt)))
     return fault(FaultNumber::kSuperblockDamaged, ErrorCode::kCorrupt, name + ": its checksum differs");
-  if (const auto version = get<std::uint32_t>(block, 8); version != kFormatVersion)
+  if (const auto version = get<std::uint32_t>(block, 8); version < kOldestFormatVersion || version > kFormatVersion)
     return fault(FaultNumber::kVersion, ErrorCode::kUnsupported,
-                 name + " says format version " + number(version) + ", this program reads version " + number(kFormatVersion) +
-                     "; use a newer program");
+                 name + " says format version " + number(version) + ", this program reads versions " + number(kOldestFormatVersion) +
+                     " to " + number(kFormatVersion) + "; use a newer program");
   if (get<std::uint32_t>(block, 12) != 0 || !all_zero(block.subspan(kSuperblockReservedAt, kSuperblockHashAt - kSuperblockReservedAt)))
     return fault(FaultNumber::kSuperblockReserved, ErrorCode::kUnsupported,
                  name + " has reserved bytes set: a feature this program does not know");

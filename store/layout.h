@@ -22,7 +22,8 @@ namespace vt::store {
 
 // ---- Constants of the format ----
 
-inline constexpr std::uint32_t kFormatVersion = 1;
+inline constexpr std::uint32_t kFormatVersion = 2;        // what is written
+inline constexpr std::uint32_t kOldestFormatVersion = 1;  // what is read; later versions only add to it
 inline constexpr std::size_t kSuperblockBytes = 4096;
 inline constexpr std::uint64_t kLogStart = 2 * kSuperblockBytes;
 inline constexpr std::uint64_t kRecordAlignment = 64;

@@ -78,7 +78,11 @@ std::uint64_t NewStore::keep_record(std::uint64_t bytes) {
 }
 
 Result<void> NewStore::flush() {
-  if (buffered_ > 0) VT_CHECK(file_.write_at(buffer_at_, std::span(buffer_).first(buffered_)));
+  if (buffered_ > 0) {
+    VT_CHECK(file_.write_at(buffer_at_, std::span(buffer_).first(buffered_)));
+    // Otherwise the sync at the end would wait for the whole store.
+    if (options_.sync) file_.start_writeback(buffer_at_, buffered_);
+  }
   buffer_at_ += std::exchange(buffered_, 0);
   return {};
 }

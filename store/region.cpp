@@ -24,6 +24,7 @@ std::array<std::byte, 16> missing_block(TexelFormat format) {
     case TexelFormat::kRgb8:
     case TexelFormat::kRgba8:
     case TexelFormat::kBc1:
+    case TexelFormat::kHash128:
       break;
     case TexelFormat::kR32Float:
     case TexelFormat::kRg32Float:

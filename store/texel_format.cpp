@@ -5,13 +5,14 @@
 namespace vt {
 namespace {
 
-constexpr std::array<FormatInfo, 6> kFormats = {{
+constexpr std::array<FormatInfo, 7> kFormats = {{
     {TexelFormat::kRgb8, "rgb8", 3, 1, 3},
     {TexelFormat::kRgba8, "rgba8", 4, 1, 4},
     {TexelFormat::kBc1, "bc1", 3, 4, 8},
     {TexelFormat::kR32Float, "r32f", 1, 1, 4},
     {TexelFormat::kRg32Float, "rg32f", 2, 1, 8},
     {TexelFormat::kRgba32Float, "rgba32f", 4, 1, 16},
+    {TexelFormat::kHash128, "hash128", 1, 1, 16},
 }};
 
 }  // namespace
@@ -30,6 +31,8 @@ const FormatInfo& format_info(TexelFormat format) {
       return kFormats[4];
     case TexelFormat::kRgba32Float:
       return kFormats[5];
+    case TexelFormat::kHash128:
+      return kFormats[6];
   }
   __builtin_unreachable();
 }

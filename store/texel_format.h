@@ -18,6 +18,7 @@ enum class TexelFormat : std::uint16_t {
   kR32Float = 4,  // one IEEE 754 float; quiet NaN (0x7FC00000) is "no data"
   kRg32Float = 5,
   kRgba32Float = 6,
+  kHash128 = 7,  // 16 bytes without a meaning to readers of textures, such as a content hash; no colour, no number, never averaged
 };
 
 // One row per format. A block is 1x1 texel for plain formats and 4x4 for the BCn family.

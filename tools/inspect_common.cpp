@@ -90,6 +90,8 @@ TexelLayout layout_of(TexelFormat format) {
       return {2, true};
     case TexelFormat::kRgba32Float:
       return {4, true};
+    case TexelFormat::kHash128:
+      return {16, false};
   }
   assert(false);
   return {};

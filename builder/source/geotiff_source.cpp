@@ -41,6 +41,8 @@ struct PlanePicks {
   int out_bands = 1;
   std::size_t bytes = 1;  // of a sample
 
+  [[nodiscard]] std::int64_t in_stride() const { return static_cast<std::int64_t>(bytes) * plane_bands; }
+
   // All bands of the plane, in order, and nothing else in the output.
   [[nodiscard]] bool is_plain_copy() const {
     if (out_bands != plane_bands || static_cast<int>(picks.size()) != out_bands) return false;
@@ -125,32 +127,75 @@ void put_mask_row(SampleType type, const std::byte* in, int mask_bands, std::int
 
 class GeoTiffSource final : public RasterSource {
  public:
-  GeoTiffSource(RasterInfo info, std::unique_ptr<TiffDecoder> image, std::unique_ptr<TiffDecoder> mask, std::size_t cache_bytes)
-      : image_(std::move(image)), mask_(std::move(mask)), cache_(cache_bytes) {
+  GeoTiffSource(RasterInfo info, std::unique_ptr<TiffDecoder> image, std::unique_ptr<TiffDecoder> mask, std::shared_ptr<BlockCache> cache)
+      : image_(std::move(image)), mask_(std::move(mask)), cache_(std::move(cache)), id_(cache_->add_source()) {
     info_ = std::move(info);
   }
 
-  Result<void> read(const Window& window, std::span<const int> bands, std::span<std::byte> out,
-                    std::size_t row_pitch_bytes) const override {
+  using RasterSource::read;
+  Result<void> read(const Window& window, std::span<const int> bands, std::span<std::byte> out, std::size_t row_pitch_bytes,
+                    store::ContentHasher* content) const override {
     VT_CHECK(check_request(info_, window, bands, out, row_pitch_bytes));
+    if (content != nullptr) content->add(image_->fingerprint().bytes);
     for (const PlanePicks& plane : picks_by_plane(image_->layout(), bands)) {
-      VT_CHECK(image_->is_direct() ? read_plane_direct(plane, window, out, row_pitch_bytes)
-                                   : read_plane(plane, window, out, row_pitch_bytes));
+      if (image_->is_direct()) {
+        VT_CHECK(read_plane_direct(plane, window, out, row_pitch_bytes, content));
+      } else {
+        VT_CHECK(read_plane(plane, window, out, row_pitch_bytes));
+        if (content != nullptr) VT_CHECK(hash_pieces(*image_, plane.plane, window, *content));
+      }
     }
     for (std::size_t i = 0; mask_ && i < bands.size(); ++i) {
       if (bands[i] == image_->layout().bands) VT_CHECK(read_mask(i, bands.size(), window, out, row_pitch_bytes));
     }
-    return {};
+    return content != nullptr ? hash_mask(window, bands, *content) : Result<void>();
+  }
+
+  Result<void> hash(const Window& window, std::span<const int> bands, store::ContentHasher& content) const override {
+    VT_CHECK(check_window(info_, window, bands));
+    content.add(image_->fingerprint().bytes);
+    for (const PlanePicks& plane : picks_by_plane(image_->layout(), bands)) {
+      VT_CHECK(image_->is_direct() ? hash_plane_direct(plane, window, content) : hash_pieces(*image_, plane.plane, window, content));
+    }
+    return hash_mask(window, bands, content);
+  }
+
+  std::size_t resident_bytes() const override {
+    // Image and mask are read one after the other.
+    const std::size_t image = image_->is_direct() ? kBytesAtOnce + image_->resident_bytes() : image_->resident_bytes();
+    return mask_ ? std::max(image, mask_->resident_bytes()) : image;
   }
 
  private:
-  std::uint64_t cell_key(const TiffDecoder& decoder, std::int64_t cell_x, std::int64_t cell_y, int plane) const {
+  BlockKey cell_key(const TiffDecoder& decoder, std::int64_t cell_x, std::int64_t cell_y, int plane) const {
     const std::int64_t index = (plane * decoder.cells_down() + cell_y) * decoder.layout().blocks_across + cell_x;
-    return static_cast<std::uint64_t>(index) << 1 | (&decoder == mask_.get() ? 1U : 0U);
+    return {.source = id_, .block = static_cast<std::uint64_t>(index) << 1 | (&decoder == mask_.get() ? 1U : 0U)};
   }
 
   Result<BlockPtr> cell(const TiffDecoder& decoder, std::int64_t cell_x, std::int64_t cell_y, int plane) const {
-    return cache_.get(cell_key(decoder, cell_x, cell_y, plane), [&] { return decoder.decode_cell(cell_x, cell_y, plane); });
+    return cache_->get(cell_key(decoder, cell_x, cell_y, plane), [&] { return decoder.decode_cell(cell_x, cell_y, plane); });
+  }
+
+  // The hashes of the stored pieces that the window touches, row by row.
+  Result<void> hash_pieces(const TiffDecoder& decoder, int plane, const Window& window, store::ContentHasher& content) const {
+    const std::int64_t block_width = decoder.layout().block_width;
+    const std::int64_t last_x = (window.x + window.width - 1) / block_width;
+    const std::int64_t first_cell = decoder.cell_of_row(window.y);
+    const std::int64_t last_cell = decoder.cell_of_row(window.y + window.height - 1);
+    for (std::int64_t cell_y = decoder.first_cell_of_piece(first_cell); cell_y <= last_cell; cell_y += decoder.cells_per_piece()) {
+      for (std::int64_t cell_x = window.x / block_width; cell_x <= last_x; ++cell_x) {
+        VT_ASSIGN(const store::ContentHash hash,
+                  cache_->hash(cell_key(decoder, cell_x, cell_y, plane), [&] { return decoder.hash_piece(cell_x, cell_y, plane); }));
+        content.add(hash.bytes);
+      }
+    }
+    return {};
+  }
+
+  Result<void> hash_mask(const Window& window, std::span<const int> bands, store::ContentHasher& content) const {
+    if (!mask_ || std::ranges::find(bands, image_->layout().bands) == bands.end()) return {};
+    content.add(mask_->fingerprint().bytes);
+    return hash_pieces(*mask_, 0, window, content);
   }
 
   // Calls use(cell samples at the first wanted column, first row in the output, first column in the output, columns, row bytes of the cell,
@@ -172,7 +217,7 @@ class GeoTiffSource final : public RasterSource {
         const std::int64_t columns = std::min({right, cell_left + layout.block_width, layout.width}) - left;
         // A cell that is wanted whole is not worth keeping: neighbours will hardly ask for it again.
         const bool whole = may_skip_cache && rows == cell_rows && columns == std::min(layout.block_width, layout.width - cell_left);
-        BlockPtr block = whole ? cache_.peek(cell_key(decoder, cell_x, cell_y, plane)) : nullptr;
+        BlockPtr block = whole ? cache_->peek(cell_key(decoder, cell_x, cell_y, plane)) : nullptr;
         if (!block && whole) {
           VT_ASSIGN(Block decoded, decoder.decode_cell(cell_x, cell_y, plane));
           block = std::make_shared<const Block>(std::move(decoded));
@@ -199,49 +244,66 @@ class GeoTiffSource final : public RasterSource {
         });
   }
 
-  // Uncompressed files: straight from the file, the operating system's cache is the cache.
-  Result<void> read_plane_direct(const PlanePicks& plane, const Window& window, std::span<std::byte> out, std::size_t pitch) const {
+  // Uncompressed files: straight from the file, the operating system's cache is the cache. Calls use(rectangle in a block, its first row
+  // and column in the raster) for pieces of about kBytesAtOnce.
+  template <class Use>
+  Result<void> for_each_rect(const PlanePicks& plane, const Window& window, const Use& use) const {
     const TiffLayout& layout = image_->layout();
-    const std::int64_t in_stride = static_cast<std::int64_t>(plane.bytes) * plane.plane_bands;
-    const std::size_t out_stride = plane.bytes * static_cast<std::size_t>(plane.out_bands);
     const std::int64_t right = window.x + window.width;
     const std::int64_t bottom = window.y + window.height;
-    Block buffer;
     for (std::int64_t block_y = window.y / layout.block_height; block_y <= (bottom - 1) / layout.block_height; ++block_y) {
       const std::int64_t block_top = block_y * layout.block_height;
       for (std::int64_t block_x = window.x / layout.block_width; block_x <= (right - 1) / layout.block_width; ++block_x) {
         const std::int64_t block_left = block_x * layout.block_width;
         const std::int64_t left = std::max(window.x, block_left);
         const std::int64_t columns = std::min(right, block_left + layout.block_width) - left;
-        const std::int64_t rows_at_once = std::max<std::int64_t>(1, kBytesAtOnce / (columns * in_stride));
+        const std::int64_t rows_at_once = std::max<std::int64_t>(1, kBytesAtOnce / (columns * plane.in_stride()));
         std::int64_t row = std::max(window.y, block_top);
         for (const std::int64_t end = std::min(bottom, block_top + layout.block_height); row < end;) {
           const std::int64_t rows = std::min(rows_at_once, end - row);
-          const TiffDecoder::BlockRect rect{.block_x = block_x,
-                                            .block_y = block_y,
-                                            .plane = plane.plane,
-                                            .row = row - block_top,
-                                            .rows = rows,
-                                            .column = left - block_left,
-                                            .columns = columns};
-          std::byte* target =
-              out.data() + static_cast<std::size_t>(row - window.y) * pitch + static_cast<std::size_t>(left - window.x) * out_stride;
-          const auto row_bytes = static_cast<std::size_t>(columns * in_stride);
-          const std::size_t bytes = row_bytes * static_cast<std::size_t>(rows);
-          if (plane.is_plain_copy() && (rows == 1 || pitch == row_bytes)) {
-            VT_CHECK(image_->read_direct(rect, {target, bytes}));
-          } else {
-            buffer.resize(bytes);
-            VT_CHECK(image_->read_direct(rect, buffer));
-            for (std::int64_t r = 0; r < rows; ++r)
-              plane.copy_row(buffer.data() + static_cast<std::size_t>(r) * row_bytes, target + static_cast<std::size_t>(r) * pitch,
-                             columns);
-          }
+          VT_CHECK(use(TiffDecoder::BlockRect{.block_x = block_x,
+                                              .block_y = block_y,
+                                              .plane = plane.plane,
+                                              .row = row - block_top,
+                                              .rows = rows,
+                                              .column = left - block_left,
+                                              .columns = columns},
+                       row, left));
           row += rows;
         }
       }
     }
     return {};
+  }
+
+  Result<void> read_plane_direct(const PlanePicks& plane, const Window& window, std::span<std::byte> out, std::size_t pitch,
+                                 store::ContentHasher* content) const {
+    const std::size_t out_stride = plane.bytes * static_cast<std::size_t>(plane.out_bands);
+    Block buffer;
+    return for_each_rect(plane, window, [&](const TiffDecoder::BlockRect& rect, std::int64_t row, std::int64_t left) -> Result<void> {
+      std::byte* target =
+          out.data() + static_cast<std::size_t>(row - window.y) * pitch + static_cast<std::size_t>(left - window.x) * out_stride;
+      const auto row_bytes = static_cast<std::size_t>(rect.columns * plane.in_stride());
+      const std::size_t bytes = row_bytes * static_cast<std::size_t>(rect.rows);
+      const bool straight = plane.is_plain_copy() && (rect.rows == 1 || pitch == row_bytes);
+      if (!straight) buffer.resize(bytes);
+      const std::span<std::byte> samples = straight ? std::span(target, bytes) : std::span(buffer);
+      VT_CHECK(image_->read_direct(rect, samples));
+      if (content != nullptr) content->add(samples);
+      for (std::int64_t r = 0; !straight && r < rect.rows; ++r)
+        plane.copy_row(buffer.data() + static_cast<std::size_t>(r) * row_bytes, target + static_cast<std::size_t>(r) * pitch, rect.columns);
+      return {};
+    });
+  }
+
+  Result<void> hash_plane_direct(const PlanePicks& plane, const Window& window, store::ContentHasher& content) const {
+    Block buffer;
+    return for_each_rect(plane, window, [&](const TiffDecoder::BlockRect& rect, std::int64_t, std::int64_t) -> Result<void> {
+      buffer.resize(static_cast<std::size_t>(rect.columns * rect.rows * plane.in_stride()));
+      VT_CHECK(image_->read_direct(rect, buffer));
+      content.add(buffer);
+      return {};
+    });
   }
 
   Result<void> read_mask(std::size_t out_band, std::size_t out_bands, const Window& window, std::span<std::byte> out,
@@ -260,7 +322,8 @@ class GeoTiffSource final : public RasterSource {
 
   std::unique_ptr<TiffDecoder> image_;
   std::unique_ptr<TiffDecoder> mask_;
-  mutable BlockCache cache_;
+  std::shared_ptr<BlockCache> cache_;
+  std::uint64_t id_;  // of this source in cache_
 };
 
 // The transparency mask of the full-size image, when there is one among the later directories. Damage behind the first directory is not
@@ -279,7 +342,7 @@ Result<std::unique_ptr<TiffDecoder>> find_mask(TiffHandle& handle, const std::sh
     }
     layout.invert = false;
     layout.fill.reset();
-    return TiffDecoder::create(file, static_cast<std::uint16_t>(directory), std::move(layout));
+    return TiffDecoder::create(file, static_cast<std::uint16_t>(directory), std::move(layout), decode_fingerprint(tags));
   }
   return std::unique_ptr<TiffDecoder>();
 }
@@ -319,8 +382,8 @@ Result<std::unique_ptr<RasterSource>> open_geotiff(std::shared_ptr<const FileByt
     info.alpha_band = info.bands;
     ++info.bands;
   }
-  VT_ASSIGN(auto image, TiffDecoder::create(file, 0, std::move(layout)));
-  return std::make_unique<GeoTiffSource>(std::move(info), std::move(image), std::move(mask), options.cache_bytes);
+  VT_ASSIGN(auto image, TiffDecoder::create(file, 0, std::move(layout), decode_fingerprint(tags)));
+  return std::make_unique<GeoTiffSource>(std::move(info), std::move(image), std::move(mask), cache_of(options));
 }
 
 }  // namespace vt::source

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "builder/source/block_cache.h"
+#include "builder/source/file_bytes.h"
 #include "builder/source/picture_module.h"
 #include "builder/source/source_common.h"
 
@@ -108,23 +109,37 @@ bool is_wide_interlaced_png(const std::filesystem::path& path) {
          head[28] == 1;
 }
 
+Result<store::ContentHash> hash_file(const std::filesystem::path& path) {
+  VT_ASSIGN(const auto file, FileBytes::open(path));
+  store::ContentHasher hasher;
+  Block buffer(std::size_t{1} << 20);
+  for (std::uint64_t at = 0;;) {
+    VT_ASSIGN(const std::size_t got, file->read_some(at, buffer));
+    hasher.add(std::span(buffer).first(got));
+    at += got;
+    if (got < buffer.size()) return hasher.digest();
+  }
+}
+
 class PictureSource final : public RasterSource {
  public:
-  PictureSource(RasterInfo info, Input first, bool alpha_is_associated, std::size_t cache_bytes)
-      : alpha_is_associated_(alpha_is_associated), cache_(cache_bytes) {
+  PictureSource(RasterInfo info, Input first, bool alpha_is_associated, std::shared_ptr<BlockCache> cache)
+      : alpha_is_associated_(alpha_is_associated), cache_(std::move(cache)), id_(cache_->add_source()) {
     info_ = std::move(info);
     pixel_bytes_ = static_cast<std::size_t>(info_.bands) * sample_bytes(info_.sample_type);
     row_bytes_ = pixel_bytes_ * static_cast<std::size_t>(info_.width);
     idle_.push_back(std::move(first));
   }
 
-  Result<void> read(const Window& window, std::span<const int> bands, std::span<std::byte> out,
-                    std::size_t row_pitch_bytes) const override {
+  using RasterSource::read;
+  Result<void> read(const Window& window, std::span<const int> bands, std::span<std::byte> out, std::size_t row_pitch_bytes,
+                    store::ContentHasher* content) const override {
     VT_CHECK(check_request(info_, window, bands, out, row_pitch_bytes));
+    if (content != nullptr) VT_CHECK(hash(window, bands, *content));
     const std::size_t bytes = sample_bytes(info_.sample_type);
     const std::int64_t bottom = window.y + window.height;
     for (std::int64_t band = window.y / info_.block_height; band <= (bottom - 1) / info_.block_height; ++band) {
-      VT_ASSIGN(const BlockPtr rows, cache_.get(static_cast<std::uint64_t>(band), [&] { return decode(band); }));
+      VT_ASSIGN(const BlockPtr rows, cache_->get({.source = id_, .block = static_cast<std::uint64_t>(band)}, [&] { return decode(band); }));
       const std::int64_t top = band * info_.block_height;
       for (std::int64_t y = std::max(window.y, top); y < std::min(bottom, top + info_.block_height); ++y) {
         const std::byte* from =
@@ -140,6 +155,16 @@ class PictureSource final : public RasterSource {
     }
     return {};
   }
+
+  // OpenImageIO does not tell where in the file a window is stored: any change of the file is a change everywhere.
+  Result<void> hash(const Window& window, std::span<const int> bands, store::ContentHasher& content) const override {
+    VT_CHECK(check_window(info_, window, bands));
+    VT_ASSIGN(const store::ContentHash whole, cache_->hash({.source = id_, .block = 0}, [&] { return hash_file(info_.path); }));
+    content.add(whole.bytes);
+    return {};
+  }
+
+  std::size_t resident_bytes() const override { return row_bytes_ * static_cast<std::size_t>(info_.block_height); }
 
  private:
   // The idle decoder that stands closest before `row`, or any, or a new one.
@@ -195,7 +220,8 @@ class PictureSource final : public RasterSource {
   std::size_t row_bytes_ = 0;
   mutable std::mutex mutex_;
   mutable std::vector<Input> idle_;
-  mutable BlockCache cache_;
+  std::shared_ptr<BlockCache> cache_;
+  std::uint64_t id_;  // of this source in cache_
 };
 
 }  // namespace
@@ -234,7 +260,7 @@ Result<std::unique_ptr<RasterSource>> read_picture(const std::filesystem::path& 
     return unsupported(fmt::format("rows of {} bytes are more than this program holds", row_bytes));
   VT_CHECK(apply_options(options, info));
   const bool associated = info.alpha_band >= 0 && spec.get_int_attribute("oiio:UnassociatedAlpha", 0) == 0;
-  return std::make_unique<PictureSource>(std::move(info), std::move(input), associated, options.cache_bytes);
+  return std::make_unique<PictureSource>(std::move(info), std::move(input), associated, cache_of(options));
 }
 
 }  // namespace

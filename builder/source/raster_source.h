@@ -14,12 +14,14 @@
 
 #include "builder/geo/crs.h"
 #include "builder/geo/geo_transform.h"
+#include "store/content_hash.h"
 #include "store/result.h"
 #include "store/sample_type.h"
 
 namespace vt::source {
 
 using vt::SampleType;
+class BlockCache;  // block_cache.h
 
 struct RasterInfo {
   std::filesystem::path path;
@@ -56,8 +58,26 @@ class RasterSource {
   // bands interleaved per sample, native byte order, `row_pitch_bytes` from row to row (at least width * bands.size() * sample bytes). Any
   // number of threads at once. Resident memory: a bounded number of decoded blocks, never the image, never a memory map. kCorrupt or kIo:
   // message names file, row and column. Short or damaged files are errors, never zeros.
+  //
+  // `content`, when given, is fed with what the file stores for this window: enough that two equal feeds for the same window and bands mean
+  // equal samples. Uncompressed files give the samples themselves, so that only the window counts; of compressed files every block that
+  // the window touches counts whole; a file that is known as one stream only (PNG, JPEG) counts whole. What the caller gave (nodata,
+  // extent, palette_indices) is not part of it.
   [[nodiscard]] virtual Result<void> read(const Window& window, std::span<const int> bands, std::span<std::byte> out,
-                                          std::size_t row_pitch_bytes) const = 0;
+                                          std::size_t row_pitch_bytes, store::ContentHasher* content) const = 0;
+  [[nodiscard]] Result<void> read(const Window& window, std::span<const int> bands, std::span<std::byte> out,
+                                  std::size_t row_pitch_bytes) const {
+    return read(window, bands, out, row_pitch_bytes, nullptr);
+  }
+
+  // Feeds what read() would feed for the same window and bands, at the price of reading the stored bytes: nothing is decoded.
+  [[nodiscard]] virtual Result<void> hash(const Window& window, std::span<const int> bands, store::ContentHasher& content) const = 0;
+
+  // A hint: samples above `row` will hardly be read again, what is kept of them may go. Reading them remains right, only dear.
+  virtual void release_rows_before(std::int64_t row) const { static_cast<void>(row); }
+
+  // Bytes that one thread inside read() may hold at most, beyond the caller's buffer and the shared cache.
+  [[nodiscard]] virtual std::size_t resident_bytes() const = 0;
 
  protected:
   RasterInfo info_;
@@ -70,7 +90,9 @@ struct OpenOptions {
   std::optional<double> nodata;
   bool palette_indices =
       false;  // class rasters: keep a palette's indices (1 band) instead of expanding them to RGB (with alpha where nodata is declared)
-  std::size_t cache_bytes = std::size_t{32} << 20;  // decoded blocks kept by the source, all threads together
+  // Decoded blocks kept, by all sources that are given the same cache. Without one the source makes its own of `cache_bytes`.
+  std::shared_ptr<BlockCache> cache;
+  std::size_t cache_bytes = std::size_t{32} << 20;
 };
 
 // Chooses by content, not by suffix. kIo missing or unreadable, kInvalidData damaged, kUnsupported a valid file of a kind we do not read

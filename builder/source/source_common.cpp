@@ -60,6 +60,10 @@ void straighten_alpha(SampleType type, std::span<std::byte> samples, int bands, 
   }
 }
 
+std::shared_ptr<BlockCache> cache_of(const OpenOptions& options) {
+  return options.cache ? options.cache : std::make_shared<BlockCache>(options.cache_bytes);
+}
+
 Result<void> apply_options(const OpenOptions& options, RasterInfo& info) {
   if (options.nodata) info.nodata = options.nodata;
   if (options.crs) {
@@ -91,8 +95,7 @@ Result<void> apply_options(const OpenOptions& options, RasterInfo& info) {
   return {};
 }
 
-Result<void> check_request(const RasterInfo& info, const Window& window, std::span<const int> bands, std::span<const std::byte> out,
-                           std::size_t row_pitch_bytes) {
+Result<void> check_window(const RasterInfo& info, const Window& window, std::span<const int> bands) {
   const bool inside = window.x >= 0 && window.y >= 0 && window.width > 0 && window.height > 0 && window.width <= info.width - window.x &&
                       window.height <= info.height - window.y;
   if (!inside) {
@@ -104,6 +107,12 @@ Result<void> check_request(const RasterInfo& info, const Window& window, std::sp
       return fail(ErrorCode::kUsage, fmt::format("{}: band {} of {}", info.path.string(), band, info.bands));
     }
   }
+  return {};
+}
+
+Result<void> check_request(const RasterInfo& info, const Window& window, std::span<const int> bands, std::span<const std::byte> out,
+                           std::size_t row_pitch_bytes) {
+  VT_CHECK(check_window(info, window, bands));
   const std::size_t row_bytes = static_cast<std::size_t>(window.width) * bands.size() * sample_bytes(info.sample_type);
   if (row_pitch_bytes < row_bytes || out.size() < row_pitch_bytes * static_cast<std::size_t>(window.height - 1) + row_bytes) {
     return fail(ErrorCode::kUsage, fmt::format("{}: the output buffer is too small for the window", info.path.string()));

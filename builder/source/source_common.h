@@ -6,6 +6,7 @@
 #include <cstring>
 #include <span>
 
+#include "builder/source/block_cache.h"
 #include "builder/source/raster_source.h"
 #include "store/result.h"
 
@@ -26,9 +27,14 @@ void store(std::byte* place, T value) {
   std::memcpy(place, &value, sizeof value);
 }
 
+// The cache that the caller gave, or a new one.
+[[nodiscard]] std::shared_ptr<BlockCache> cache_of(const OpenOptions& options);
+
 // Extent, CRS and nodata as the caller or a world file give them.
 [[nodiscard]] Result<void> apply_options(const OpenOptions& options, RasterInfo& info);
 
+// kUsage when window or bands do not fit the raster.
+[[nodiscard]] Result<void> check_window(const RasterInfo& info, const Window& window, std::span<const int> bands);
 // kUsage when the arguments of RasterSource::read() do not fit the raster or the buffer.
 [[nodiscard]] Result<void> check_request(const RasterInfo& info, const Window& window, std::span<const int> bands,
                                          std::span<const std::byte> out, std::size_t row_pitch_bytes);

@@ -17,6 +17,8 @@ namespace {
 constexpr std::int64_t kLargestUncutBlock = std::int64_t{16} << 20;
 constexpr std::int64_t kCutCellBytes = std::int64_t{4} << 20;
 
+constexpr std::int64_t kHashedAtOnce = std::int64_t{1} << 20;
+
 static_assert(std::endian::native == std::endian::little, "24-bit samples and libtiff's RGBA words are taken apart as little-endian");
 
 void swap_samples(int bits, std::span<std::byte> bytes) {
@@ -75,12 +77,17 @@ void invert_codes(std::span<std::byte> bytes, double max_code) {
 
 }  // namespace
 
-TiffDecoder::TiffDecoder(std::shared_ptr<const FileBytes> file, std::uint16_t directory, TiffLayout layout)
-    : file_(file), name_(file->path().string()), layout_(std::move(layout)), handles_(std::move(file), directory) {}
+TiffDecoder::TiffDecoder(std::shared_ptr<const FileBytes> file, std::uint16_t directory, TiffLayout layout,
+                         const store::ContentHash& fingerprint)
+    : file_(file),
+      name_(file->path().string()),
+      layout_(std::move(layout)),
+      fingerprint_(fingerprint),
+      handles_(std::move(file), directory) {}
 
-Result<std::unique_ptr<TiffDecoder>> TiffDecoder::create(std::shared_ptr<const FileBytes> file, std::uint16_t directory,
-                                                         TiffLayout layout) {
-  std::unique_ptr<TiffDecoder> decoder(new TiffDecoder(std::move(file), directory, std::move(layout)));
+Result<std::unique_ptr<TiffDecoder>> TiffDecoder::create(std::shared_ptr<const FileBytes> file, std::uint16_t directory, TiffLayout layout,
+                                                         const store::ContentHash& fingerprint) {
+  std::unique_ptr<TiffDecoder> decoder(new TiffDecoder(std::move(file), directory, std::move(layout), fingerprint));
   TiffDecoder& d = *decoder;
   const TiffLayout& l = d.layout_;
   const bool rgba = l.recipe == SampleRecipe::kLibtiffRgba;
@@ -406,6 +413,40 @@ Block TiffDecoder::converted(Block stored, std::int64_t rows) const {
 Result<Block> TiffDecoder::decode_cell(std::int64_t cell_x, std::int64_t cell_y, int plane) const {
   VT_ASSIGN(Block stored, stored_cell(cell_x, cell_y, plane));
   return converted(std::move(stored), cell_rows(cell_y));
+}
+
+Result<store::ContentHash> TiffDecoder::hash_piece(std::int64_t cell_x, std::int64_t cell_y, int plane) const {
+  const std::int64_t block_y = cell_y / cells_per_block_;
+  BlockPlace place;
+  {
+    VT_ASSIGN(auto handle, handles_.borrow());
+    VT_ASSIGN(place, block_place(*handle, cell_x, block_y, plane));
+  }
+  if (place.is_sparse()) return store::ContentHash{};
+  if (rows_are_seekable_) {
+    const auto offset = static_cast<std::uint64_t>((first_row(cell_y) - block_y * layout_.block_height) * stored_row_bytes_);
+    const auto wanted = static_cast<std::uint64_t>(cell_rows(cell_y) * stored_row_bytes_);
+    // A block that is too short cannot be read, but it can be told from others.
+    place.offset += std::min(offset, place.bytes);
+    place.bytes = std::min(wanted, place.bytes - std::min(offset, place.bytes));
+  }
+  store::ContentHasher hasher;
+  Block buffer(static_cast<std::size_t>(std::min<std::uint64_t>(place.bytes, kHashedAtOnce)));
+  for (std::uint64_t done = 0; done < place.bytes;) {
+    const auto part = std::span(buffer).first(static_cast<std::size_t>(std::min<std::uint64_t>(buffer.size(), place.bytes - done)));
+    VT_ASSIGN(const std::size_t got, file_->read_some(place.offset + done, part));
+    if (got != part.size()) return damaged(cell_x, first_row(cell_y), "the file ends early; it is incomplete");
+    hasher.add(part);
+    done += part.size();
+  }
+  return hasher.digest();
+}
+
+std::size_t TiffDecoder::resident_bytes() const {
+  if (direct_) return static_cast<std::size_t>(kCutCellBytes);
+  const std::int64_t stored = stored_row_bytes_ * rows_per_cell_;
+  const std::int64_t converted_cell = cell_row_bytes() * rows_per_cell_;
+  return static_cast<std::size_t>(std::max<std::int64_t>(stored + converted_cell, kHashedAtOnce));
 }
 
 }  // namespace vt::source

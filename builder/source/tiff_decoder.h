@@ -17,10 +17,14 @@ namespace vt::source {
 
 class TiffDecoder {
  public:
+  // `fingerprint`: of the directory's tags that decoding depends on, see decode_fingerprint().
   [[nodiscard]] static Result<std::unique_ptr<TiffDecoder>> create(std::shared_ptr<const FileBytes> file, std::uint16_t directory,
-                                                                   TiffLayout layout);
+                                                                   TiffLayout layout, const store::ContentHash& fingerprint);
 
   [[nodiscard]] const TiffLayout& layout() const { return layout_; }
+  [[nodiscard]] const store::ContentHash& fingerprint() const { return fingerprint_; }
+  // Bytes that one call holds at most while it runs.
+  [[nodiscard]] std::size_t resident_bytes() const;
 
   // Cells: `block_width` wide (the last column of tiles sticks out of the raster), `cell_rows` high.
   [[nodiscard]] std::int64_t cells_down() const { return layout_.blocks_down * cells_per_block_; }
@@ -31,6 +35,13 @@ class TiffDecoder {
 
   // cell_rows x block_width samples of layout().bands_per_plane() bands each, interleaved.
   [[nodiscard]] Result<Block> decode_cell(std::int64_t cell_x, std::int64_t cell_y, int plane) const;
+
+  // Stored pieces, known again by their hash: whole blocks of compressed files, single cells where rows can be found in the file.
+  [[nodiscard]] std::int64_t cells_per_piece() const { return rows_are_seekable_ ? 1 : cells_per_block_; }
+  [[nodiscard]] std::int64_t first_cell_of_piece(std::int64_t cell_y) const { return cell_y - cell_y % cells_per_piece(); }
+  // Of the piece that begins with this cell. Reads all its stored bytes, a little at a time. A block that was never written has the hash
+  // of 16 zeros.
+  [[nodiscard]] Result<store::ContentHash> hash_piece(std::int64_t cell_x, std::int64_t cell_y, int plane) const;
 
   // Samples lie in the file as we want them, but for byte order: rows can be read from any place without a cell around them.
   [[nodiscard]] bool is_direct() const { return direct_; }
@@ -47,7 +58,7 @@ class TiffDecoder {
   [[nodiscard]] Result<void> read_direct(const BlockRect& rect, std::span<std::byte> out) const;
 
  private:
-  TiffDecoder(std::shared_ptr<const FileBytes> file, std::uint16_t directory, TiffLayout layout);
+  TiffDecoder(std::shared_ptr<const FileBytes> file, std::uint16_t directory, TiffLayout layout, const store::ContentHash& fingerprint);
 
   struct BlockPlace {
     std::uint64_t offset = 0;
@@ -71,6 +82,7 @@ class TiffDecoder {
   std::shared_ptr<const FileBytes> file_;
   std::string name_;
   TiffLayout layout_;
+  store::ContentHash fingerprint_;
   mutable TiffHandlePool handles_;
   bool direct_ = false;
   bool rows_are_seekable_ = false;     // uncompressed: rows are read from their place in the file

@@ -325,6 +325,45 @@ Result<TiffLayout> read_tiff_layout(const TiffHandle& handle, const TiffTags& ta
   return layout;
 }
 
+store::ContentHash decode_fingerprint(const TiffTags& tags) {
+  constexpr std::array<std::uint16_t, 31> kTags = {TIFFTAG_IMAGEWIDTH,
+                                                   TIFFTAG_IMAGELENGTH,
+                                                   TIFFTAG_BITSPERSAMPLE,
+                                                   TIFFTAG_COMPRESSION,
+                                                   TIFFTAG_PHOTOMETRIC,
+                                                   TIFFTAG_FILLORDER,
+                                                   TIFFTAG_SAMPLESPERPIXEL,
+                                                   TIFFTAG_ROWSPERSTRIP,
+                                                   TIFFTAG_PLANARCONFIG,
+                                                   TIFFTAG_GROUP3OPTIONS,
+                                                   TIFFTAG_GROUP4OPTIONS,
+                                                   TIFFTAG_PREDICTOR,
+                                                   TIFFTAG_WHITEPOINT,
+                                                   TIFFTAG_COLORMAP,
+                                                   TIFFTAG_TILEWIDTH,
+                                                   TIFFTAG_TILELENGTH,
+                                                   TIFFTAG_INKSET,
+                                                   TIFFTAG_EXTRASAMPLES,
+                                                   TIFFTAG_SAMPLEFORMAT,
+                                                   TIFFTAG_JPEGTABLES,
+                                                   TIFFTAG_JPEGPROC,
+                                                   TIFFTAG_JPEGQTABLES,
+                                                   TIFFTAG_JPEGDCTABLES,
+                                                   TIFFTAG_JPEGACTABLES,
+                                                   TIFFTAG_JPEGIFOFFSET,
+                                                   TIFFTAG_JPEGIFBYTECOUNT,
+                                                   TIFFTAG_YCBCRCOEFFICIENTS,
+                                                   TIFFTAG_YCBCRSUBSAMPLING,
+                                                   TIFFTAG_REFERENCEBLACKWHITE,
+                                                   TIFFTAG_LERC_PARAMETERS,
+                                                   kGdalNodata};
+  store::ContentHasher content;
+  const std::array<std::byte, 1> order = {tags.is_big_endian() ? std::byte{1} : std::byte{0}};
+  content.add(order);
+  for (const std::uint16_t tag : kTags) tags.feed(tag, content);
+  return content.digest();
+}
+
 TiffPlace read_tiff_place(const TiffTags& tags) {
   geo::GeoKeyTags keys;
   for (const double value : tags.numbers(kGeoKeyDirectory)) {

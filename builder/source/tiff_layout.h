@@ -67,6 +67,9 @@ struct TiffPlace {
 // kUnsupported names the tag and the value that we do not read. `expand_palette` off keeps the indices.
 [[nodiscard]] Result<TiffLayout> read_tiff_layout(const TiffHandle& handle, const TiffTags& tags, const std::string& name,
                                                   bool expand_palette);
+// Of everything in the directory that the meaning of the stored bytes depends on: sizes, sample format, compression and its tables,
+// colours.
+[[nodiscard]] store::ContentHash decode_fingerprint(const TiffTags& tags);
 [[nodiscard]] TiffPlace read_tiff_place(const TiffTags& tags);
 
 }  // namespace vt::source

@@ -130,6 +130,13 @@ std::vector<double> TiffTags::numbers(std::uint16_t tag) const {
   return values;
 }
 
+void TiffTags::feed(std::uint16_t tag, store::ContentHasher& content) const {
+  const Entry* entry = find(tag);
+  const std::array<std::uint64_t, 3> head = {tag, entry == nullptr ? 0U : entry->type, entry == nullptr ? 0U : entry->count};
+  content.add(std::as_bytes(std::span(head)));
+  if (entry != nullptr) content.add(bytes_of(*entry, value_size(entry->type)));
+}
+
 std::string TiffTags::text(std::uint16_t tag) const {
   const Entry* entry = find(tag);
   if (entry == nullptr || value_size(entry->type) != 1) return {};

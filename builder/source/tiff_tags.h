@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "builder/source/file_bytes.h"
+#include "store/content_hash.h"
 #include "store/result.h"
 
 namespace vt::source {
@@ -19,6 +20,9 @@ class TiffTags {
   // Values of an integer or floating-point tag; empty when the tag is absent, of another type, or points out of the file.
   [[nodiscard]] std::vector<double> numbers(std::uint16_t tag) const;
   [[nodiscard]] std::string text(std::uint16_t tag) const;  // without closing NULs
+  // Type, count and the values as they are stored; that it is absent also counts.
+  void feed(std::uint16_t tag, store::ContentHasher& content) const;
+  [[nodiscard]] bool is_big_endian() const { return big_endian_; }
 
  private:
   struct Entry {

@@ -1,6 +1,7 @@
 #include <cmath>
 #include <cstring>
 
+#include "store/store_writer.h"
 #include "tests/cli/picture_file.h"
 #include "tests/cli/vtinspect_run.h"
 
@@ -57,6 +58,25 @@ TEST_F(VtinspectExtract, WindowsOutsideAreRefused) {
     EXPECT_THAT(outcome.err, HasSubstr("40 x 24 texels")) << window;
   }
   EXPECT_EQ(files(), std::vector<std::string>{"s.vts"});
+}
+
+TEST_F(VtinspectExtract, OfHashesThereIsNoPicture) {
+  {
+    store::StoreWriter writer = store::StoreWriter::open(directory_ / "s.vts").value();
+    LayerInfo hashes = writer.find_layer("color").value();
+    hashes.name = "hashes";
+    hashes.format = TexelFormat::kHash128;
+    hashes.transfer = Transfer::kLinear;
+    const LayerId id = writer.add_layer(hashes).value();
+    const std::vector<std::byte> hash(16, std::byte{200});
+    ASSERT_TRUE(writer.put_constant(id, {}, hash));
+    ASSERT_TRUE(writer.finish());
+  }
+  const Outcome outcome = run({"extract", "s.vts", "--layer", "hashes", "--level", "0", "-o", "out.png"});
+  EXPECT_EQ(outcome.exit_code, 1);
+  EXPECT_THAT(outcome.err, HasSubstr("s.vts: layer hashes holds hashes, of which there is no picture"));
+  EXPECT_EQ(files(), std::vector<std::string>{"s.vts"});
+  EXPECT_THAT(run({"sample", "s.vts", "--layer", "hashes", "--level", "0", "--texel", "3,3"}).out, HasSubstr("value     200, 200, 200, 200"));
 }
 
 TEST_F(VtinspectExtract, StraightAlphaStaysStraight) {

@@ -414,6 +414,15 @@ TEST(VirtualTexture, ErrorsSayWhatIsMissing) {
   const auto floats = heights->attach(rig.gl.host());
   ASSERT_FALSE(floats.has_value());
   EXPECT_NE(floats.error().message.find("shader path"), std::string::npos);
+
+  auto hashes = VirtualTexture::open(
+      std::make_shared<PaintedSource>(TexelFormat::kHash128, noise_paint(TexelFormat::kHash128)), kArea,
+      test::layer_info({.format = TexelFormat::kHash128, .tile_exponent = 5, .finest = 3, .data = {}, .paint = {}, .skip = {}}, kArea),
+      small_options());
+  ASSERT_TRUE(hashes.has_value());
+  const auto no_texture = hashes->attach(rig.gl.host());
+  ASSERT_FALSE(no_texture.has_value());
+  EXPECT_EQ(no_texture.error().code, ErrorCode::kUnsupported);
 }
 
 TEST(VirtualTexture, OpensAStoreAndNamesItsLayersWhenTheWantedOneIsMissing) {

@@ -64,7 +64,7 @@ Bytes rich_store() {
   };
   int number = 0;
   for (const TexelFormat format : {TexelFormat::kRgb8, TexelFormat::kRgba8, TexelFormat::kBc1, TexelFormat::kR32Float,
-                                   TexelFormat::kRg32Float, TexelFormat::kRgba32Float}) {
+                                   TexelFormat::kRg32Float, TexelFormat::kRgba32Float, TexelFormat::kHash128}) {
     const LayerInfo layer = small_layer(std::string(format_info(format).name), format, 3, 1);
     const LayerId id = value_of(writer.add_layer(layer));
     put(layer, id, tile_at(0, 0, 0), {});
@@ -132,7 +132,7 @@ const std::vector<Bad>& bad_stores() {
        }},
       {"later-version", 103, false,
        [](Bytes& s) {
-         put<std::uint32_t>(s, 8, 2);
+         put<std::uint32_t>(s, 8, kFormatVersion + 1);
          reseal(s);
        }},
       {"reserved-bytes-set", 104, false,
@@ -195,6 +195,42 @@ TEST(Golden, TheRichStoreReadsBackWhateverThisWriterWouldMake) {
   EXPECT_EQ(numbers, (std::set<int>{109, 501}));  // the first catalogs are garbage, the carry layer is unfinished
 }
 
+// Stores that the writer of version 1 left; nothing can write them any more. The rich one had the tiles of today's except for what came
+// later.
+TEST(Golden, StoresOfVersion1AreReadAsEver) {
+  EXPECT_EQ(read_all(value_of(StoreReader::open(kSource / "tests/golden/version-1-smallest.vts"))),
+            read_all(value_of(StoreReader::open(kSource / "tests/golden/smallest.vts"))));
+  static_cast<void>(rich_store());  // the truth
+  const auto path = kSource / "tests/golden/version-1-rich.vts";
+  const Contents contents = read_all(value_of(StoreReader::open(path)));
+  EXPECT_EQ(contents.size(), 26U);
+  for (const auto& [place, bytes] : contents) EXPECT_EQ(bytes, rich_contents.at(place)) << place.first;
+  EXPECT_TRUE(value_of(validate(path)).ok());
+}
+
+TEST(Golden, AStoreOfVersion1GoesOnAsVersion2) {
+  const TempFolder folder;
+  const auto path = folder / "a.vts";
+  std::filesystem::copy_file(kSource / "tests/golden/version-1-rich.vts", path);
+  Contents wanted = read_all(value_of(StoreReader::open(path)));
+  LayerInfo hashes = small_layer("hashes", TexelFormat::kHash128, 2, 1);
+  for (int commits = 0; commits < 2; ++commits) {  // after the first, one superblock says 1 and the other 2
+    StoreWriter writer = value_of(StoreWriter::open(path));
+    const LayerId id = commits == 0 ? value_of(writer.add_layer(hashes)) : writer.find_layer("hashes")->id;
+    const TileId tile = tile_at(1, 0, static_cast<std::uint32_t>(commits));
+    wanted[{"hashes", tile}] = tile_bytes(hashes, tile);
+    succeed(writer.put(id, tile, encoded(wanted[{"hashes", tile}])));
+    succeed(writer.finish());
+    EXPECT_EQ(read_all(value_of(StoreReader::open(path))), wanted);
+    EXPECT_TRUE(value_of(validate(path)).ok());
+    const Bytes bytes = read_file(path);
+    const auto newest = choose_superblock(std::span(bytes).first(kLogStart), bytes.size());
+    ASSERT_TRUE(newest);
+    EXPECT_EQ(get<std::uint32_t>(bytes, superblock_offset(newest->generation) + 8), kFormatVersion);
+    EXPECT_EQ(get<std::uint32_t>(bytes, superblock_offset(newest->generation + 1) + 8), commits == 0 ? 1U : kFormatVersion);
+  }
+}
+
 TEST(Golden, EveryBadStoreIsRefusedForItsOwnFault) {
   for (const Bad& bad : bad_stores()) {
     Bytes bytes = smallest_store();
@@ -251,7 +287,7 @@ std::string dump(const Bytes& store) {
   const auto superblock = [&](const std::string& title, std::uint64_t start) {
     section(title, start,
             {{8, "magic \"VTSTORE1\""},
-             {4, "version 1"},
+             {4, "version 2"},
              {4, "reserved"},
              {16, "UUID"},
              {8, "generation"},

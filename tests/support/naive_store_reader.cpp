@@ -105,7 +105,7 @@ std::optional<NaiveSuperblock> read_superblock(Bytes file, unsigned slot) {
   if (get_text(block, 0, 8) != "VTSTORE1") return std::nullopt;
   if (get_u64(block, 4088) != hash_of(part(block, 0, 4088))) return std::nullopt;
 
-  require(get_u32(block, 8) == 1, "the superblock's version is 1");
+  require(get_u32(block, 8) == 1 || get_u32(block, 8) == 2, "the superblock's version is 1 or 2");
   require_zero(block, 12, 4, "the superblock's reserved bytes 12 to 15 are zero");
   const Bytes uuid = part(block, 16, 16);
   const std::uint64_t generation = get_u64(block, 32);
@@ -182,6 +182,7 @@ Format format_of(unsigned number) {
     case 5:  // rg32f
       return {.edge = 1, .block_bytes = 8};
     case 6:  // rgba32f
+    case 7:  // hash128
       return {.edge = 1, .block_bytes = 16};
     default:
       throw std::runtime_error("tile store: not so: the texel format is known");
@@ -238,7 +239,7 @@ LayerEntry read_layer_entry(Bytes entry) {
   layer.channel = get_u16(entry, 2);
   require(layer.channel >= 1 && layer.channel <= 8, "a layer's channel is 1 to 8");
   layer.format = get_u16(entry, 4);
-  require(layer.format >= 1 && layer.format <= 6, "a layer's format is 1 to 6");
+  require(layer.format >= 1 && layer.format <= 7, "a layer's format is 1 to 7");
   layer.transfer = get_u8(entry, 6);
   require(layer.transfer <= 1, "a layer's transfer is 0 or 1");
   layer.role = get_u8(entry, 7);

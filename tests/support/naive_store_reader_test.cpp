@@ -172,8 +172,8 @@ std::uint64_t tiles_in(const std::filesystem::path& path) {
   return tiles;
 }
 
-constexpr TexelFormat kFormats[] = {TexelFormat::kRgb8,     TexelFormat::kRgba8,     TexelFormat::kBc1,
-                                    TexelFormat::kR32Float, TexelFormat::kRg32Float, TexelFormat::kRgba32Float};
+constexpr TexelFormat kFormats[] = {TexelFormat::kRgb8,      TexelFormat::kRgba8,       TexelFormat::kBc1,    TexelFormat::kR32Float,
+                                    TexelFormat::kRg32Float, TexelFormat::kRgba32Float, TexelFormat::kHash128};
 
 void put(StoreWriter& writer, const LayerInfo& layer, LayerId id, TileId tile, int version, Codec codec) {
   succeed(writer.put(id, tile, encoded(tile_bytes(layer, tile, version), {codec, 3})));
@@ -222,8 +222,8 @@ TEST(NaiveStoreReader, AgreesOnEveryFormatAndEveryField) {
   put(writer, carry, value_of(writer.add_layer(carry)), tile_at(1, 0, 1), 0, Codec::kRaw);
   succeed(writer.finish());
 
-  EXPECT_EQ(expect_agreement(folder / "a.vts"), 6U * 18 + 1);
-  EXPECT_EQ(tiles_in(folder / "a.vts"), 6U * 18 + 1);
+  EXPECT_EQ(expect_agreement(folder / "a.vts"), 7U * 18 + 1);
+  EXPECT_EQ(tiles_in(folder / "a.vts"), 7U * 18 + 1);
 }
 
 TEST(NaiveStoreReader, AgreesOnFarApartTilesOfDeepLevels) {
@@ -346,7 +346,7 @@ TEST(NaiveStoreReader, AgreesThatNothingLiesOutsideALevel) {
 
 TEST(NaiveStoreReader, ReadsTheGoodGoldens) {
   const std::filesystem::path goldens = std::filesystem::path(VT_SOURCE_DIR) / "tests/golden";
-  for (const char* name : {"smallest.vts", "rich.vts"}) {
+  for (const char* name : {"smallest.vts", "rich.vts", "version-1-smallest.vts", "version-1-rich.vts"}) {
     std::set<TileId> named;
     for (int level = 0; level <= 6; ++level) named.insert(tile_at(level, (1U << level) - 1, 0));
     EXPECT_EQ(expect_agreement(goldens / name, named), tiles_in(goldens / name)) << name;
