@@ -2,6 +2,7 @@
 
 #include <zstd.h>
 
+#include <algorithm>
 #include <charconv>
 #include <cstring>
 #include <memory>
@@ -25,10 +26,6 @@ ZSTD_DCtx* decompressor() {
   return context.get();
 }
 
-EncodedPayload raw_payload(std::span<const std::byte> raw) {
-  return {.codec = Codec::kRaw, .raw_bytes = static_cast<std::uint32_t>(raw.size()), .bytes = {raw.begin(), raw.end()}};
-}
-
 }  // namespace
 
 Result<Compression> parse_compression(std::string_view text) {
@@ -44,26 +41,30 @@ Result<Compression> parse_compression(std::string_view text) {
               "compression '" + std::string(text) + "' is not known; use none, or zstd:N with N from 1 (fast) to 19 (small)");
 }
 
-Result<EncodedPayload> encode_payload(std::span<const std::byte> raw, Compression compression) {
+Result<PayloadView> encode_payload(std::span<const std::byte> raw, Compression compression, std::vector<std::byte>& scratch) {
   if (raw.size() > kMaxRawBytes)
     return fail(ErrorCode::kInvalidData,
                 "a tile of " + std::to_string(raw.size()) + " bytes is over the limit of 256 MiB; use smaller tiles");
+  const auto raw_bytes = static_cast<std::uint32_t>(raw.size());
   switch (compression.codec) {
     case Codec::kRaw:
-      return raw_payload(raw);
+      return PayloadView(Codec::kRaw, raw_bytes, raw);
     case Codec::kZstd: {
-      EncodedPayload encoded{.codec = Codec::kZstd, .raw_bytes = static_cast<std::uint32_t>(raw.size()), .bytes = {}};
-      encoded.bytes.resize(ZSTD_compressBound(raw.size()));
-      const std::size_t size =
-          ZSTD_compressCCtx(compressor(), encoded.bytes.data(), encoded.bytes.size(), raw.data(), raw.size(), compression.level);
+      scratch.resize(std::max(scratch.size(), ZSTD_compressBound(raw.size())));
+      const std::size_t size = ZSTD_compressCCtx(compressor(), scratch.data(), scratch.size(), raw.data(), raw.size(), compression.level);
       if (ZSTD_isError(size)) return fail(ErrorCode::kInternal, std::string("zstd cannot compress: ") + ZSTD_getErrorName(size));
       // Below 3 % the time to decompress costs more than the bytes do.
-      if (size * 100 > raw.size() * 97) return raw_payload(raw);
-      encoded.bytes.resize(size);
-      return encoded;
+      if (size * 100 > raw.size() * 97) return PayloadView(Codec::kRaw, raw_bytes, raw);
+      return PayloadView(Codec::kZstd, raw_bytes, std::span(scratch).first(size));
     }
   }
   return fail(ErrorCode::kUsage, "codec " + std::to_string(static_cast<int>(compression.codec)) + " is not known");
+}
+
+Result<EncodedPayload> encode_payload(std::span<const std::byte> raw, Compression compression) {
+  std::vector<std::byte> scratch;
+  VT_ASSIGN(const PayloadView view, encode_payload(raw, compression, scratch));
+  return EncodedPayload{.codec = view.codec, .raw_bytes = view.raw_bytes, .bytes = {view.bytes.begin(), view.bytes.end()}};
 }
 
 Result<void> decode_payload(Codec codec, std::span<const std::byte> stored, std::span<std::byte> out) {

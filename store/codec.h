@@ -32,11 +32,27 @@ struct EncodedPayload {
   std::vector<std::byte> bytes;
 };
 
+// The same without owning the bytes.
+struct PayloadView {
+  Codec codec = Codec::kRaw;
+  std::uint32_t raw_bytes = 0;
+  std::span<const std::byte> bytes;
+
+  PayloadView() = default;
+  PayloadView(Codec codec_in, std::uint32_t raw_bytes_in, std::span<const std::byte> bytes_in)
+      : codec(codec_in), raw_bytes(raw_bytes_in), bytes(bytes_in) {}
+  PayloadView(const EncodedPayload& payload)  // NOLINT: an owner is as good as a view wherever one is read
+      : codec(payload.codec), raw_bytes(payload.raw_bytes), bytes(payload.bytes) {}
+};
+
 // The most that one tile may decode to.
 inline constexpr std::size_t kMaxRawBytes = std::size_t{256} << 20;
 
 // Falls back to kRaw when compression gains less than 3 %. kInvalidData when `raw` is over kMaxRawBytes.
 [[nodiscard]] Result<EncodedPayload> encode_payload(std::span<const std::byte> raw, Compression compression);
+// The same without a copy where none is needed: the view is of `raw` itself or of `scratch`, which grows as needed and is best kept from
+// call to call.
+[[nodiscard]] Result<PayloadView> encode_payload(std::span<const std::byte> raw, Compression compression, std::vector<std::byte>& scratch);
 // `out` is exactly the raw size. kCorrupt when `stored` does not decode to exactly that many bytes.
 [[nodiscard]] Result<void> decode_payload(Codec codec, std::span<const std::byte> stored, std::span<std::byte> out);
 

@@ -119,6 +119,11 @@ Result<void> File::sync() {
   return {};
 }
 
+void File::start_writeback(std::uint64_t offset, std::uint64_t bytes) const {
+  // What goes wrong here goes wrong again, and is reported, in sync().
+  [[maybe_unused]] const int ignored = ::sync_file_range(fd_, static_cast<off_t>(offset), static_cast<off_t>(bytes), SYNC_FILE_RANGE_WRITE);
+}
+
 Result<void> File::truncate(std::uint64_t bytes) {
   if (const int refused = ask_hook(WriterOptions::FileOperation::Kind::kTruncate, bytes, {}); refused != 0)
     return refuse("truncate", refused);

@@ -36,6 +36,9 @@ class File {
   [[nodiscard]] Result<void> write_at(std::uint64_t offset, std::span<const std::byte> first, std::span<const std::byte> second = {},
                                       std::size_t alignment = 1);
   [[nodiscard]] Result<void> sync();
+  // Asks the system to begin writing this part to the disk, so that a later sync finds less to wait for. A hint: does not wait for the disk
+  // (unless its queue is full) and cannot fail.
+  void start_writeback(std::uint64_t offset, std::uint64_t bytes) const;
   [[nodiscard]] Result<void> truncate(std::uint64_t bytes);
   // False when another process (or another descriptor of this one) holds the lock.
   [[nodiscard]] Result<bool> try_lock();

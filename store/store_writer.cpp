@@ -19,6 +19,11 @@ namespace {
 // Distinct constant values remembered so that equal ones share a record; forgetting one costs 64 bytes of file.
 constexpr std::size_t kMaxConstants = 65536;
 
+// The disk is set to work on every so many bytes of the log, while the processors go on; without it a commit waits for all of them at once.
+constexpr std::uint64_t kWritebackBytes = std::uint64_t{8} << 20;
+// The newest part of the log is left alone: other threads are still writing to its pages.
+constexpr std::uint64_t kWritebackLag = std::uint64_t{4} << 20;
+
 Uuid random_uuid() {
   std::random_device device;
   Uuid uuid;
@@ -41,9 +46,10 @@ struct StoreWriter::Impl final : PageCache::Log {
   mutable std::mutex mutex;
   std::vector<CatalogLayer> layers;  // ordered by id
   mutable PageCache pages{*this};
-  std::uint64_t end = kLogStart;  // where the next record goes
-  bool changed = false;           // something was put since the last commit
-  std::optional<Error> broken;    // after the first failed write nothing more is promised but what was committed
+  std::uint64_t end = kLogStart;           // where the next record goes
+  std::uint64_t written_back = kLogStart;  // up to here the system was asked to write to the disk
+  bool changed = false;                    // something was put since the last commit
+  std::optional<Error> broken;             // after the first failed write nothing more is promised but what was committed
   std::unordered_map<std::string, Reference> constants;
 
   [[nodiscard]] CatalogLayer* find(LayerId id) {
@@ -76,6 +82,12 @@ struct StoreWriter::Impl final : PageCache::Log {
   [[nodiscard]] Result<std::uint64_t> reserve(std::uint64_t record_bytes) {
     if (record_bytes > kMaxFileBytes - end) return refuse(ErrorCode::kIo, "the store would pass 256 TiB, the limit of its format");
     return std::exchange(end, end + record_bytes);
+  }
+  // The part of the log to send on its way to the disk now; empty most of the time.
+  [[nodiscard]] std::pair<std::uint64_t, std::uint64_t> next_writeback() {
+    if (!options.sync || end < written_back + kWritebackBytes + kWritebackLag) return {0, 0};
+    const std::uint64_t from = std::exchange(written_back, end - kWritebackLag);
+    return {from, written_back - from};
   }
   [[nodiscard]] Result<void> write_record(std::uint64_t offset, std::span<const std::byte> header, std::span<const std::byte> payload) {
     return file.write_at(offset, header, payload, kRecordAlignment);
@@ -230,7 +242,7 @@ Result<StoreWriter> StoreWriter::open(const std::filesystem::path& path, WriterO
 
   impl->uuid = superblock->uuid;
   impl->generation = superblock->generation;
-  impl->end = superblock->file_end;
+  impl->end = impl->written_back = superblock->file_end;
   impl->description = std::move(catalog->description);
   impl->layers = std::move(catalog->layers);
   return StoreWriter(std::move(impl));
@@ -317,7 +329,7 @@ Result<void> StoreWriter::set_metadata(LayerId id, std::string metadata_json) {
   return {};
 }
 
-Result<void> StoreWriter::put(LayerId id, TileId tile, const EncodedPayload& payload) {
+Result<void> StoreWriter::put(LayerId id, TileId tile, const PayloadView& payload) {
   RecordHeader header{.type = RecordType::kTile,
                       .codec = payload.codec,
                       .raw_bytes = payload.raw_bytes,
@@ -328,6 +340,7 @@ Result<void> StoreWriter::put(LayerId id, TileId tile, const EncodedPayload& pay
                       .check = static_cast<std::uint32_t>(header.hash),
                       .kind = ReferenceKind::kTile,
                       .codec = payload.codec};
+  std::pair<std::uint64_t, std::uint64_t> writeback;  // offset, bytes
   {
     const std::lock_guard lock(impl_->mutex);
     VT_CHECK(impl_->check_usable());
@@ -338,8 +351,10 @@ Result<void> StoreWriter::put(LayerId id, TileId tile, const EncodedPayload& pay
       return impl_->refuse(ErrorCode::kUsage, tile_place(layer->info, tile) + ": payload of " + std::to_string(payload.raw_bytes) +
                                                   " bytes, " + std::to_string(wanted) + " wanted");
     VT_ASSIGN(reference.offset, impl_->reserve(reference.record_bytes()));
+    writeback = impl_->next_writeback();
   }
   const auto written = impl_->write_record(reference.offset, sealed, payload.bytes);
+  if (writeback.second != 0) impl_->file.start_writeback(writeback.first, writeback.second);
 
   const std::lock_guard lock(impl_->mutex);
   if (!written) return impl_->break_off(written.error());

@@ -64,7 +64,7 @@ class StoreWriter {
 
   // Stores one tile as `encode_payload` made it. Replaces an older one of the same name. kIo on a full disk: the store stays at its last
   // commit.
-  [[nodiscard]] Result<void> put(LayerId layer, TileId tile, const EncodedPayload& payload);
+  [[nodiscard]] Result<void> put(LayerId layer, TileId tile, const PayloadView& payload);
   // A tile of one value everywhere: `block` is one texel (or one 4x4 block) of the layer's format. Equal values share one record.
   [[nodiscard]] Result<void> put_constant(LayerId layer, TileId tile, std::span<const std::byte> block);
   [[nodiscard]] Result<void> remove(LayerId layer, TileId tile);

@@ -82,20 +82,17 @@ void TileBand::add_texels(std::int64_t y, const std::byte* texels, const float* 
   });
 }
 
-Result<std::vector<EncodedTile>> TileBand::take_finished() {
-  std::vector<EncodedTile> finished;
+Result<void> TileBand::take_finished(const TileSink& sink) {
   const bool row_is_full = next_y_ == core_.bottom() || (next_y_ & (tile_texels_ - 1)) == 0;
-  if (open_.empty() || !row_is_full || next_y_ == core_.y || tile_row_ != (next_y_ - 1) >> tile_exponent_) return finished;
+  if (open_.empty() || !row_is_full || next_y_ == core_.y || tile_row_ != (next_y_ - 1) >> tile_exponent_) return {};
   for (OpenTile& tile : open_) {
-    if (tile.has_data) {
-      fill_outside(tile);
-      VT_ASSIGN(EncodedTile encoded, encode(tile));
-      finished.push_back(std::move(encoded));
-    }
+    if (tile.has_data) fill_outside(tile);
+    VT_ASSIGN(const EncodedTile encoded, encode(tile));
+    VT_CHECK(sink(encoded));
     tile.has_data = false;
   }
   ++tile_row_;
-  return finished;
+  return {};
 }
 
 void TileBand::fill_outside(OpenTile& tile) const {
@@ -121,28 +118,25 @@ void TileBand::fill_outside(OpenTile& tile) const {
   }
 }
 
-Result<EncodedTile> TileBand::encode(const OpenTile& tile) const {
+Result<EncodedTile> TileBand::encode(const OpenTile& tile) {
   EncodedTile encoded;
   encoded.tile = {level_, tile.column, static_cast<std::uint32_t>(tile_row_)};
-  encoded.is_constant = is_one_value(tile.texels, texel_bytes_);
-  const bool is_bc1 = format_ == TexelFormat::kBc1;
-  const auto edge = static_cast<std::size_t>(encoded.is_constant ? 4 : tile_texels_);
+  encoded.is_empty = !tile.has_data;
+  if (encoded.is_empty) return encoded;
 
-  if (encoded.is_constant && !is_bc1) {
-    encoded.constant_block.assign(tile.texels.begin(), tile.texels.begin() + static_cast<std::ptrdiff_t>(texel_bytes_));
-    return encoded;
+  const bool is_constant = is_one_value(tile.texels, texel_bytes_);
+  std::span<const std::byte> bytes = tile.texels;
+  if (format_ == TexelFormat::kBc1) {
+    const auto edge = static_cast<std::size_t>(is_constant ? 4 : tile_texels_);
+    blocks_.resize(payload_bytes(format_info(TexelFormat::kBc1), edge, edge));
+    encode_bc1_image(tile.texels, edge, edge, static_cast<std::size_t>(tile_texels_) * texel_bytes_, texel_bytes_, blocks_);
+    bytes = blocks_;
   }
-  if (!is_bc1) {
-    VT_ASSIGN(encoded.payload, store::encode_payload(tile.texels, compression_));
-    return encoded;
+  if (is_constant) {
+    encoded.constant_block = bytes.first(format_info(format_).block_bytes);
+  } else {
+    VT_ASSIGN(encoded.payload, store::encode_payload(bytes, compression_, compressed_));
   }
-  std::vector<std::byte> blocks(payload_bytes(format_info(TexelFormat::kBc1), edge, edge));
-  encode_bc1_image(tile.texels, edge, edge, static_cast<std::size_t>(tile_texels_) * texel_bytes_, texel_bytes_, blocks);
-  if (encoded.is_constant) {
-    encoded.constant_block = std::move(blocks);
-    return encoded;
-  }
-  VT_ASSIGN(encoded.payload, store::encode_payload(blocks, compression_));
   return encoded;
 }
 

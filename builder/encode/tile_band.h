@@ -5,6 +5,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <span>
 #include <vector>
 
@@ -15,12 +16,15 @@
 
 namespace vt::encode {
 
+// Views of the buffers of whoever made it.
 struct EncodedTile {
   TileId tile;
-  bool is_constant = false;
-  std::vector<std::byte> constant_block;  // one texel or one 4x4 block, when constant
-  store::EncodedPayload payload;          // otherwise
+  bool is_empty = false;                      // no texel has data: nothing is to be kept
+  std::span<const std::byte> constant_block;  // one texel or one 4x4 block, when all are the same; otherwise empty
+  store::PayloadView payload;                 // otherwise
 };
+
+using TileSink = std::function<Result<void>(const EncodedTile&)>;
 
 // Every texel (or block, or planes of a texel) has the same bytes as the first; `texels` holds at least one, of `texel_bytes` each.
 [[nodiscard]] bool is_one_value(std::span<const std::byte> texels, std::size_t texel_bytes);
@@ -35,8 +39,9 @@ class TileBand {
   // The same when the source's bytes already are texels; `weights` says which of them are data (null: all).
   void add_texels(std::int64_t y, const std::byte* texels, const float* weights);
 
-  // After the last row of a row of tiles (or of the core): its tiles. Otherwise empty.
-  [[nodiscard]] Result<std::vector<EncodedTile>> take_finished();
+  // After the last row of a row of tiles (or of the core): gives its tiles, empty ones too, to `sink` one by one. Otherwise does nothing.
+  // What the sink fails with is passed on.
+  [[nodiscard]] Result<void> take_finished(const TileSink& sink);
 
  private:
   struct OpenTile {
@@ -48,7 +53,7 @@ class TileBand {
   template <class WriteSegment>
   void add_segments(std::int64_t y, const WriteSegment& write_segment);
   void fill_outside(OpenTile& tile) const;
-  [[nodiscard]] Result<EncodedTile> encode(const OpenTile& tile) const;
+  [[nodiscard]] Result<EncodedTile> encode(const OpenTile& tile);
 
   TexelFormat format_;
   const channels::ChannelCodec& codec_;
@@ -61,6 +66,8 @@ class TileBand {
   std::int64_t tile_row_ = 0;  // of the open tiles
   std::int64_t next_y_;
   std::vector<OpenTile> open_;
+  std::vector<std::byte> blocks_;      // of the tile being encoded
+  std::vector<std::byte> compressed_;  // likewise
 };
 
 }  // namespace vt::encode

@@ -14,8 +14,12 @@ constexpr std::int64_t kChunkRows = 32;  // source rows decoded at once; they st
 // Takes finished rows from the cascade: texel levels into bands of tiles, the level above them into the carry tile.
 class BlockJob::Output final : public pyramid::RowSink {
  public:
-  Output(BlockJob& job, const Tier& tier, TileId carry_tile, const pyramid::BlockCascade& cascade, bool base_passes_texels)
-      : job_(job), carry_tile_(carry_tile), outputs_(tier.outputs), base_passes_texels_(base_passes_texels) {
+  Output(BlockJob& job, const Tier& tier, TileId carry_tile, const pyramid::BlockCascade& cascade)
+      : job_(job),
+        carry_tile_(carry_tile),
+        outputs_(tier.outputs),
+        base_core_(cascade.level(0).core),
+        has_base_texels_(static_cast<std::size_t>(base_core_.height), false) {
     const LayerInfo& info = job.plan_.info;
     for (int k = 0; k < tier.outputs; ++k)
       bands_.emplace_back(info, job.plan_.sampler->codec(), job.plan_.compression, Level{static_cast<std::uint8_t>(tier.base.value - k)},
@@ -31,11 +35,14 @@ class BlockJob::Output final : public pyramid::RowSink {
     if (!status_) return;
     if (k == outputs_) {
       keep_carry_row(y, rows.here);
-    } else if (k > 0 || !base_passes_texels_) {
+    } else if (k > 0 || !has_base_texels_[static_cast<std::size_t>(y - base_core_.y)]) {
       bands_[static_cast<std::size_t>(k)].add_row(y, rows);
       store_finished(k);
     }
   }
+
+  // Row `y` of the base will come as texels, not as planes. To be said before its planes are written.
+  void expect_base_texels(std::int64_t y) { has_base_texels_[static_cast<std::size_t>(y - base_core_.y)] = true; }
 
   void base_texels(std::int64_t y, const std::byte* texels, const float* weights) {
     if (!status_) return;
@@ -53,11 +60,11 @@ class BlockJob::Output final : public pyramid::RowSink {
     const auto raw = std::as_bytes(std::span(carry_));
     encode::EncodedTile tile;
     tile.tile = carry_tile_;
-    tile.is_constant = encode::is_one_value(raw, texel_bytes);
-    if (tile.is_constant) {
-      tile.constant_block.assign(raw.begin(), raw.begin() + static_cast<std::ptrdiff_t>(texel_bytes));
+    std::vector<std::byte> compressed;
+    if (encode::is_one_value(raw, texel_bytes)) {
+      tile.constant_block = raw.first(texel_bytes);
     } else {
-      VT_ASSIGN(tile.payload, store::encode_payload(raw, {store::Codec::kZstd, 1}));
+      VT_ASSIGN(tile.payload, store::encode_payload(raw, {store::Codec::kZstd, 1}, compressed));
     }
     return job_.put(job_.ids_.carry, tile);
   }
@@ -74,21 +81,15 @@ class BlockJob::Output final : public pyramid::RowSink {
   }
 
   void store_finished(int k) {
-    auto finished = bands_[static_cast<std::size_t>(k)].take_finished();
-    if (!finished) {
-      status_ = tl::unexpected(finished.error());
-      return;
-    }
-    for (const encode::EncodedTile& tile : *finished) {
-      status_ = job_.put(job_.ids_.texture, tile);
-      if (!status_) return;
-    }
+    status_ = bands_[static_cast<std::size_t>(k)].take_finished(
+        [this](const encode::EncodedTile& tile) { return job_.put(job_.ids_.texture, tile); });
   }
 
   BlockJob& job_;
   TileId carry_tile_;
   int outputs_;
-  bool base_passes_texels_;
+  TexelRect base_core_;
+  std::vector<bool> has_base_texels_;  // by row of the core
   std::vector<encode::TileBand> bands_;
   std::vector<float> carry_;
   TexelRect carry_core_;
@@ -98,7 +99,10 @@ class BlockJob::Output final : public pyramid::RowSink {
 BlockJob::BlockJob(const LayerPlan& plan, LayerIds ids, store::StoreWriter& writer) : plan_(plan), ids_(ids), writer_(writer) {}
 
 Result<void> BlockJob::put(LayerId layer, const encode::EncodedTile& tile) {
-  return tile.is_constant ? writer_.put_constant(layer, tile.tile, tile.constant_block) : writer_.put(layer, tile.tile, tile.payload);
+  // A rebuilt block may find nothing where there was something.
+  if (tile.is_empty) return writer_.remove(layer, tile.tile);
+  if (!tile.constant_block.empty()) return writer_.put_constant(layer, tile.tile, tile.constant_block);
+  return writer_.put(layer, tile.tile, tile.payload);
 }
 
 Result<void> BlockJob::run(const Tier& tier, bool first_tier, std::int64_t index, const std::function<void(std::uint64_t)>& progress,
@@ -106,7 +110,7 @@ Result<void> BlockJob::run(const Tier& tier, bool first_tier, std::int64_t index
   const channels::ChannelCodec& codec = plan_.sampler->codec();
   pyramid::BlockCascade cascade(pyramid::plan_block(tier.block(index), tier.data, tier.outputs, tier.has_carry, plan_.kernel),
                                 codec.planes(), plan_.kernel);
-  Output output(*this, tier, tier.has_carry ? tier.carry_tile(index) : TileId{}, cascade, first_tier && plan_.sampler->passes_texels());
+  Output output(*this, tier, tier.has_carry ? tier.carry_tile(index) : TileId{}, cascade);
   if (first_tier) {
     VT_CHECK(feed_from_sources(cascade, output, progress, cancel));
   } else {
@@ -121,6 +125,7 @@ Result<void> BlockJob::feed_from_sources(pyramid::BlockCascade& cascade, Output&
   const TexelRect core = cascade.level(0).core;
   const TexelRect& data = plan_.info.data;
   const auto weight_plane = static_cast<std::size_t>(plan_.sampler->codec().weight_plane());
+  const auto texel_bytes = static_cast<std::int64_t>(format_info(plan_.sampler->codec().texel_format()).block_bytes);
   for (std::int64_t y = active.y; y < active.bottom();) {
     if (cancel != nullptr && cancel->load(std::memory_order_relaxed)) return fail(ErrorCode::kCancelled, "stopped");
     // Chunks end on multiples of their height, so that neighbouring blocks ask the source for the same rows.
@@ -130,12 +135,14 @@ Result<void> BlockJob::feed_from_sources(pyramid::BlockCascade& cascade, Output&
       const channels::PlaneRow planes = cascade.begin_row();
       const bool opaque = chunk_.decode_row(row - y, planes);
       const std::byte* texels = chunk_.texel_row(row - y);
-      if (plan_.sampler->passes_texels() && row >= core.y && row < core.bottom()) {
+      const bool is_texels = texels != nullptr && row >= core.y && row < core.bottom();
+      // Rows of planes come out one row late: the texels of this row follow what ending it sends on.
+      if (is_texels) output.expect_base_texels(row);
+      cascade.end_row(opaque, output);
+      if (is_texels) {
         const std::int64_t west = core.x - active.x;
-        const auto texel_bytes = static_cast<std::int64_t>(format_info(plan_.sampler->codec().texel_format()).block_bytes);
         output.base_texels(row, texels + west * texel_bytes, opaque ? nullptr : planes[weight_plane] + west);
       }
-      cascade.end_row(opaque, output);
     }
     VT_CHECK(output.status());
     const std::int64_t core_rows = intersect(core, {core.x, y, 1, end - y}).height;

@@ -6,6 +6,7 @@
 #include <fstream>
 
 #include "builder/pyramid/block_cascade.h"
+#include "builder/source/block_cache.h"
 #include "store/content_hash.h"
 
 namespace vt::pipeline {
@@ -50,12 +51,12 @@ std::string content_fingerprint(const std::filesystem::path& path, std::uintmax_
   return store::content_hash(std::as_bytes(std::span(pieces)));
 }
 
-Result<OpenSource> open_source(const SourceRequest& request, std::size_t cache_bytes) {
+Result<OpenSource> open_source(const SourceRequest& request, const std::shared_ptr<source::BlockCache>& cache) {
   source::OpenOptions options;
   options.crs = request.crs;
   options.extent = request.extent;
   options.nodata = request.nodata;
-  options.cache_bytes = cache_bytes;
+  options.cache = cache;
   VT_ASSIGN(std::unique_ptr<source::RasterSource> raster, source::open_raster(request.path, options));
   const RasterInfo& info = raster->info();
   geo::Crs crs;
@@ -218,7 +219,7 @@ Result<resample::PlacedSource> place_source(const LayerRequest& request, const L
   layout.range = request.range;
   VT_ASSIGN(placed.bands, choose_bands(layer.channel, source, layout.has_alpha));
   layout.value_bands = static_cast<int>(placed.bands.size()) - (layout.has_alpha ? 1 : 0);
-  placed.texel_bytes = layout.texel_bytes();
+  placed.layout = layout;
   auto codec = channels::make_codec(layer.channel, layout, layer.transfer, layer.format);
   if (!codec) return fail(codec.error().code, source.request.path.string() + ": " + codec.error().message);
   placed.codec = std::move(*codec);
@@ -338,9 +339,10 @@ Result<LayerPlan> plan_layer(const LayerRequest& request, const std::optional<Da
   VT_ASSIGN(plan.kernel, choose_kernel(request));
   VT_ASSIGN(plan.compression, store::parse_compression(request.compression));
 
+  const auto cache = std::make_shared<source::BlockCache>(source_cache_bytes);
   std::vector<OpenSource> sources;
   for (const SourceRequest& source : request.sources) {
-    VT_ASSIGN(OpenSource open, open_source(source, source_cache_bytes / request.sources.size()));
+    VT_ASSIGN(OpenSource open, open_source(source, cache));
     sources.push_back(std::move(open));
   }
   if (frame && request.crs && !frame->crs.same_coordinates(*request.crs))
@@ -380,7 +382,7 @@ Result<LayerPlan> plan_layer(const LayerRequest& request, const std::optional<Da
                               ": 0 is taken as black and 65535 as white; if the picture comes out dark, give --range LOW,HIGH");
     placed.push_back(std::move(one));
   }
-  plan.sampler = std::make_shared<const resample::BaseSampler>(std::move(placed));
+  plan.sampler = std::make_shared<const resample::BaseSampler>(std::move(placed), plan.info.data.width, plan.info.data.height);
 
   plan.settings["channel"] = channel_info(request.channel).name;
   plan.settings["format"] = format_info(plan.info.format).name;

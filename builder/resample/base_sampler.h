@@ -1,79 +1,94 @@
 // The finest level of a layer, by rectangles: every source is brought onto the layer's grid and into its filter space, in the order given,
 // later sources over earlier ones. A source whose own grid is the layer's grid is passed through sample by sample; any other is resampled
-// (bilinear). Threads: a BaseSampler is immutable and shared; a BaseChunk belongs to one thread.
+// (bilinear). What a rectangle costs depends on the sources under it, not on how many there are. Threads: a BaseSampler is immutable and
+// shared; a BaseChunk belongs to one thread.
 #pragma once
 
+#include <atomic>
 #include <cstddef>
-#include <memory>
+#include <cstdint>
 #include <vector>
 
 #include "builder/channels/channel_codec.h"
-#include "builder/resample/grid_warp.h"
-#include "builder/source/raster_source.h"
+#include "builder/resample/placed_source.h"
+#include "builder/resample/plane_block.h"
+#include "builder/resample/rect_index.h"
+#include "builder/resample/warped_reader.h"
+#include "store/content_hash.h"
 #include "store/result.h"
 #include "store/tile_id.h"
 
 namespace vt::resample {
 
-// One source of a layer, ready to be read.
-struct PlacedSource {
-  std::shared_ptr<const source::RasterSource> raster;
-  std::vector<int> bands;  // value bands, then the coverage band if the codec's layout has one
-  std::shared_ptr<const channels::ChannelCodec> codec;
-  std::size_t texel_bytes = 0;  // of one texel of the chosen bands
-  // The source's first sample in texels of the layer, from the data rectangle's corner, when both share one grid.
-  bool is_aligned = false;
-  std::int64_t offset_x = 0;
-  std::int64_t offset_y = 0;
-  std::shared_ptr<const GridWarp> warp;  // otherwise
-  TexelRect covered;                     // texels of the layer (from the data rectangle's corner) that the source can touch
-};
-
 class BaseChunk;
 
+// Rectangles are in texels from the data rectangle's corner and lie inside the data rectangle.
 class BaseSampler {
  public:
-  explicit BaseSampler(std::vector<PlacedSource> sources);
+  // `sources` is not empty; all codecs are of one channel and format. `width` and `height` are those of the data rectangle.
+  BaseSampler(std::vector<PlacedSource> sources, std::int64_t width, std::int64_t height);
 
   [[nodiscard]] const channels::ChannelCodec& codec() const { return *sources_.front().codec; }
-  // The source's own bytes become the finest level's texels wherever possible.
+  // Every texel of the finest level is a source's own bytes. When false, that may still hold for a chunk: BaseChunk::texel_row tells.
   [[nodiscard]] bool passes_texels() const { return passes_texels_; }
 
-  // Reads what `rect` needs (texels from the data rectangle's corner). `rect` lies inside the data rectangle.
-  [[nodiscard]] Result<void> load(const TexelRect& rect, BaseChunk& chunk) const;
+  // Whether any source can give data in `rect`. Cheap: nothing is read. False is certain, true is not.
+  [[nodiscard]] bool touches(const TexelRect& rect) const { return index_.touches(rect); }
+
+  // Reads what `rect` needs. Adds to `content`, when it is given, all that decides the result: for each source that is seen in `rect`, in
+  // order, how it is read and what was read. Equal contents of equal rectangles mean equal texels.
+  [[nodiscard]] Result<void> load(const TexelRect& rect, BaseChunk& chunk, store::ContentHasher* content = nullptr) const;
+  // Adds to `content` exactly what load() would add. Nothing is decoded; `chunk` lends its buffers.
+  [[nodiscard]] Result<void> hash(const TexelRect& rect, BaseChunk& chunk, store::ContentHasher& content) const;
+
+  // A hint that no row above `row` will be asked for again. Rows may still be asked for; then they are read again.
+  void release_rows_before(std::int64_t row) const;
 
  private:
-  [[nodiscard]] Result<void> load_resampled(const PlacedSource& source, const TexelRect& part, BaseChunk& chunk) const;
-  [[nodiscard]] Result<void> load_aligned(const PlacedSource& source, const TexelRect& part, BaseChunk& chunk) const;
+  // One source in a rectangle.
+  struct Part {
+    const PlacedSource* source;
+    TexelRect rect;
+    bool lies_over_another;  // of the parts before it
+  };
 
+  void find_parts(const TexelRect& rect, BaseChunk& chunk) const;
+  [[nodiscard]] static bool can_assemble(const TexelRect& rect, const std::vector<Part>& parts);
+  [[nodiscard]] Result<void> assemble(BaseChunk& chunk, store::ContentHasher* content) const;
+  [[nodiscard]] Result<void> composite(BaseChunk& chunk, store::ContentHasher* content) const;
+  [[nodiscard]] static Result<void> composite_aligned(const Part& part, BaseChunk& chunk, store::ContentHasher* content);
+
+  friend class BaseChunk;
   std::vector<PlacedSource> sources_;
+  RectIndex index_;  // of the sources' covered rectangles
+  std::int64_t width_;
   bool passes_texels_ = false;
+  // Rows above have been released: hints go only to sources that have not had them.
+  mutable std::atomic<std::int64_t> released_{0};
 };
 
 // Some rows of the finest level. Reused from call to call, so that its buffers are allocated once.
 class BaseChunk {
  public:
-  [[nodiscard]] const TexelRect& rect() const { return rect_; }
+  [[nodiscard]] const TexelRect& rect() const { return block_.rect; }
   // Planes of row `row` (0 = the first of the chunk) into `out`; returns whether all weights are exactly 1.
   bool decode_row(std::int64_t row, const channels::PlaneRow& out) const;
-  // The row's texels, when the bytes of the source are passed on as they are; otherwise null.
+  // The row's texels, when the bytes of the sources are passed on as they are; otherwise null.
   [[nodiscard]] const std::byte* texel_row(std::int64_t row) const;
 
  private:
   friend class BaseSampler;
-  [[nodiscard]] float* plane_row(std::int64_t row, int plane) { return planes_.data() + (row * plane_count_ + plane) * rect_.width; }
 
-  TexelRect rect_;
-  const channels::ChannelCodec* codec_ = nullptr;
-  int plane_count_ = 0;
-  bool has_samples_ = false;  // samples_ is the whole rectangle of one aligned source; otherwise planes_ is
-  bool has_texels_ = false;
+  const channels::ChannelCodec* codec_ = nullptr;  // of samples_
+  bool has_samples_ = false;                       // samples_ is the whole rectangle in one layout; otherwise block_ holds its planes
+  bool has_texels_ = false;                        // and the samples are texels
   std::size_t texel_bytes_ = 0;
   std::vector<std::byte> samples_;
-  std::vector<float> planes_;
-  std::vector<float> source_planes_;  // a window of one source, decoded
-  std::vector<Point2> positions_;
-  std::vector<float> resampled_;  // one row of one source on the layer's grid
+  PlaneBlock block_;
+  std::vector<float> decoded_;  // one row of one source
+  WarpBuffers warp_;
+  std::vector<BaseSampler::Part> parts_;  // of the rectangle, in order
+  std::vector<std::uint32_t> found_;
 };
 
 }  // namespace vt::resample

@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <limits>
+#include <nlohmann/json.hpp>
 
 namespace vt::resample {
 namespace {
@@ -21,6 +22,14 @@ GridWarp::GridWarp(const GridPlacement& grid, geo::Crs grid_crs, const geo::GeoT
     : grid_(grid), grid_crs_(std::move(grid_crs)), source_crs_(std::move(source_crs)), same_crs_(grid_crs_.same_coordinates(source_crs_)) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   raster_from_source_crs_ = source.inverse().value_or(geo::GeoTransform{nan, nan, nan, nan, nan, nan});
+  // JSON writes the shortest decimal that reads back as the same double.
+  const nlohmann::json facts = {
+      {"grid", {grid.origin_x, grid.origin_y, grid.step_x, grid.step_y}},
+      {"grid_crs", grid_crs_.to_json()},
+      {"transform", {source.x0, source.x_column, source.x_row, source.y0, source.y_column, source.y_row}},
+      {"source_crs", source_crs_.to_json()},
+  };
+  facts_ = facts.dump();
 }
 
 Point2 GridWarp::exact(Point2 texel) const {

@@ -5,6 +5,7 @@
 
 #include <cstdint>
 #include <span>
+#include <string>
 
 #include "builder/geo/crs.h"
 #include "builder/geo/geo_transform.h"
@@ -25,6 +26,8 @@ class GridWarp {
   [[nodiscard]] Point2 exact(Point2 texel) const;
   // Source positions of the centres of all texels of `rect`, row by row, tightly packed.
   void map_centres(const TexelRect& rect, std::span<Point2> out) const;
+  // Everything that decides the answers, as text: two warps with the same facts give the same positions.
+  [[nodiscard]] const std::string& facts() const { return facts_; }
 
  private:
   void map_cell(std::int64_t cell_x, std::int64_t cell_y, const TexelRect& part, const TexelRect& rect, std::span<Point2> out) const;
@@ -34,6 +37,7 @@ class GridWarp {
   geo::GeoTransform raster_from_source_crs_;
   geo::Crs source_crs_;
   bool same_crs_;
+  std::string facts_;
 };
 
 }  // namespace vt::resample

@@ -31,6 +31,45 @@ TEST(Mosaic, PiecesOnOneGridEqualTheWhole) {
   }
 }
 
+// Chunks full of opaque samples copy them, others go through filter space: a mosaic with gaps changes from one to the other many times, at
+// places that depend on the blocks.
+TEST(Mosaic, GapsAndOverlapsBuildTheSameAtAnyBlockSize) {
+  const test::TempFolder folder;
+  std::vector<std::filesystem::path> pieces;
+  const RasterSpec whole{.width = 300, .height = 260};
+  for (std::int64_t i = 0; i < 20; ++i) {
+    if (i == 6 || i == 13) continue;  // holes inside the mosaic
+    RasterSpec spec = whole;
+    const TexelRect part{i % 5 * 60, i / 5 * 65, 60, 65 + (i % 3 == 0 ? 5 : 0)};
+    spec.width = part.width;
+    spec.height = std::min(part.height, whole.height - part.y);
+    if (i == 8) spec.nodata = 50.0;
+    spec.transform.x0 += static_cast<double>(part.x) * spec.transform.x_column;
+    spec.transform.y0 += static_cast<double>(part.y) * spec.transform.y_row;
+    pieces.push_back(folder / ("piece" + std::to_string(i) + ".tif"));
+    write_raster(pieces.back(), spec, [&](std::int64_t x, std::int64_t y, int band) { return noisy_code(x + part.x, y + part.y, band); });
+  }
+  LayerRequest request = request_for(pieces, ChannelType::kColor);
+  request.format = TexelFormat::kRgb8;
+  std::optional<Tiles> first;
+  for (const int block_levels : {1, 2, 4}) {
+    const auto path = folder / ("blocks" + std::to_string(block_levels) + ".vts");
+    build(path, request, {.block_levels = block_levels});
+    Tiles tiles = tiles_of(path, "color");
+    if (!first)
+      first = std::move(tiles);
+    else
+      EXPECT_EQ(tiles, *first) << block_levels;
+  }
+  for (std::int64_t y = 0; y < whole.height; ++y)
+    for (std::int64_t x = 0; x < whole.width; ++x) {
+      const std::int64_t i = y / 65 * 5 + x / 60;
+      if (i == 6 || i == 8 || i == 13 || y % 65 < 5) continue;
+      const auto texel = texel_at<std::uint8_t, 3>(*first, 5, Level{4}, x, y);
+      for (int band = 0; band < 3; ++band) ASSERT_EQ(texel[static_cast<std::size_t>(band)], noisy_code(x, y, band)) << x << "," << y;
+    }
+}
+
 TEST(Mosaic, LaterSourcesLieOverEarlierOnes) {
   const test::TempFolder folder;
   const RasterSpec spec{.width = 40, .height = 40};

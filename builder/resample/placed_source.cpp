@@ -1,0 +1,92 @@
+#include "builder/resample/placed_source.h"
+
+#include <array>
+#include <bit>
+#include <cmath>
+#include <span>
+#include <string>
+
+namespace vt::resample {
+namespace {
+
+// A new number whenever the same samples would become other texels: blocks built by older rules are then built again.
+constexpr std::int64_t kRules = 1;
+
+// Numbers in a fixed byte order, so that every machine comes to the same hash.
+class Mark {
+ public:
+  void add(std::int64_t value) {
+    for (int shift = 0; shift < 64; shift += 8) bytes_.push_back(static_cast<char>(static_cast<std::uint64_t>(value) >> shift & 0xFF));
+  }
+  void add(double value) { add(std::bit_cast<std::int64_t>(value)); }
+  void add(const std::string& text) {
+    add(static_cast<std::int64_t>(text.size()));
+    bytes_ += text;
+  }
+  [[nodiscard]] std::span<const std::byte> bytes() const { return std::as_bytes(std::span(bytes_)); }
+
+ private:
+  std::string bytes_;
+};
+
+void add_layout(const channels::SampleLayout& layout, Mark& mark) {
+  mark.add(static_cast<std::int64_t>(layout.type));
+  mark.add(std::int64_t{layout.value_bands});
+  mark.add(std::int64_t{layout.has_alpha ? 1 : 0});
+  mark.add(std::int64_t{layout.nodata ? 1 : 0});
+  mark.add(layout.nodata.value_or(0.0));
+  mark.add(std::int64_t{layout.range ? 1 : 0});
+  for (const double edge : layout.range.value_or(std::array<double, 2>{})) mark.add(edge);
+}
+
+// What a window of a compressed file adds are the blocks that it touches: only together with its place do they say which samples are meant.
+void add_window(const source::Window& window, store::ContentHasher& content) {
+  Mark mark;
+  for (const std::int64_t number : {window.x, window.y, window.width, window.height}) mark.add(number);
+  content.add(mark.bytes());
+}
+
+}  // namespace
+
+bool PlacedSource::is_opaque() const {
+  const bool may_be_nan = layout.type == SampleType::kFloat32 || layout.type == SampleType::kFloat64;
+  return is_aligned && !may_be_nan && !layout.has_alpha && !layout.nodata;
+}
+
+Result<void> PlacedSource::read(const source::Window& window, std::span<std::byte> out, std::size_t row_pitch_bytes,
+                                store::ContentHasher* content) const {
+  if (content != nullptr) add_window(window, *content);
+  return raster->read(window, bands, out, row_pitch_bytes, content);
+}
+
+Result<void> PlacedSource::hash(const source::Window& window, store::ContentHasher& content) const {
+  add_window(window, content);
+  return raster->hash(window, bands, content);
+}
+
+bool same_layout(const channels::SampleLayout& a, const channels::SampleLayout& b) {
+  const auto same_nodata = [](const std::optional<double>& x, const std::optional<double>& y) {
+    return x == y || (x && y && std::isnan(*x) && std::isnan(*y));
+  };
+  return a.type == b.type && a.value_bands == b.value_bands && a.has_alpha == b.has_alpha && same_nodata(a.nodata, b.nodata) &&
+         a.range == b.range;
+}
+
+void add_mark(const PlacedSource& source, const TexelRect& part, const TexelRect& rect, store::ContentHasher& content) {
+  Mark mark;
+  mark.add(kRules);
+  mark.add(static_cast<std::int64_t>(source.bands.size()));
+  for (const int band : source.bands) mark.add(std::int64_t{band});
+  add_layout(source.layout, mark);
+  for (const std::int64_t edge : {part.x - rect.x, part.y - rect.y, part.width, part.height}) mark.add(edge);
+  mark.add(std::int64_t{source.is_aligned ? 1 : 0});
+  if (!source.is_aligned) {
+    // The lattice of the warp is fixed to the layer's grid, and the raster's edges decide which samples are repeated.
+    const source::RasterInfo& info = source.raster->info();
+    for (const std::int64_t number : {part.x, part.y, info.width, info.height}) mark.add(number);
+    mark.add(source.warp->facts());
+  }
+  content.add(mark.bytes());
+}
+
+}  // namespace vt::resample
