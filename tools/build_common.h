@@ -48,5 +48,7 @@ void print_plan(const pipeline::LayerPlan& plan, int threads, std::size_t memory
 [[nodiscard]] std::function<Result<int>()> add_layer_command(CLI::App& app);
 [[nodiscard]] std::function<Result<int>()> add_dataset_command(CLI::App& app);
 [[nodiscard]] std::function<Result<int>()> add_sample_command(CLI::App& app);
+[[nodiscard]] std::function<Result<int>()> add_pack_command(CLI::App& app);
+[[nodiscard]] std::function<Result<int>()> add_remove_command(CLI::App& app);
 
 }  // namespace vt::tools

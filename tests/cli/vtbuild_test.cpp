@@ -41,7 +41,7 @@ class VtbuildTest : public testing::Test {
 };
 
 TEST_F(VtbuildTest, HelpHasExamplesAndExitCodesEverywhere) {
-  for (std::vector<std::string> arguments : std::vector<std::vector<std::string>>{{}, {"layer"}, {"dataset"}, {"sample"}}) {
+  for (std::vector<std::string> arguments : std::vector<std::vector<std::string>>{{}, {"layer"}, {"dataset"}, {"sample"}, {"pack"}, {"remove"}}) {
     arguments.emplace_back("--help");
     const Outcome outcome = run(arguments);
     EXPECT_EQ(outcome.exit_code, 0);
