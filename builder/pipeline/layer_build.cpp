@@ -8,6 +8,7 @@
 #include <thread>
 
 #include "builder/pipeline/block_job.h"
+#include "builder/pipeline/plan_cost.h"
 
 namespace vt::pipeline {
 namespace {
