@@ -121,6 +121,16 @@ struct StoreWriter::Impl final : PageCache::Log {
     return record;
   }
 
+  // What the index says of a tile, and what its record must be.
+  struct Entry {
+    Reference reference;
+    std::uint64_t key = 0;
+    std::size_t raw_bytes = 0;
+    std::string place;  // for messages
+  };
+  [[nodiscard]] Result<Entry> entry(LayerId id, TileId tile);
+  [[nodiscard]] Result<std::span<const std::byte>> stored_payload(const Entry& entry) const;
+
   // Points the index at a record (or at nothing) and keeps the layer's counts.
   [[nodiscard]] Result<void> set_entry(CatalogLayer& layer, TileId tile, const Reference& reference) {
     auto old = pages.exchange(layer.info.id, tile, reference);
@@ -399,36 +409,56 @@ bool StoreWriter::contains(LayerId id, TileId tile) const {
   return reference && reference->present();
 }
 
-Result<void> StoreWriter::read(LayerId id, TileId tile, std::span<std::byte> out) const {
-  Reference reference;
-  std::size_t block_bytes = 0;
-  std::string place;
-  {
-    const std::lock_guard lock(impl_->mutex);
-    VT_ASSIGN(CatalogLayer * layer, impl_->check_tile(id, tile));
-    assert(out.size() == layer->info.tile_payload_bytes());
-    VT_ASSIGN(reference, impl_->pages.find(id, tile));
-    if (!reference.present()) return impl_->refuse(ErrorCode::kNotFound, tile_place(layer->info, tile) + ": absent");
-    block_bytes = format_info(layer->info.format).block_bytes;
-    place = tile_place(layer->info, tile);
-  }
+Result<StoreWriter::Impl::Entry> StoreWriter::Impl::entry(LayerId id, TileId tile) {
+  const std::lock_guard lock(mutex);
+  VT_ASSIGN(const CatalogLayer* layer, check_tile(id, tile));
+  Entry entry;
+  VT_ASSIGN(entry.reference, pages.find(id, tile));
+  entry.place = tile_place(layer->info, tile);
+  const bool is_constant = entry.reference.kind == ReferenceKind::kConstant;
+  entry.raw_bytes = is_constant ? format_info(layer->info.format).block_bytes : layer->info.tile_payload_bytes();
+  entry.key = is_constant ? 0 : record_key(id, tile.level, morton_code(tile.x, tile.y));
+  return entry;
+}
 
-  // Records never change once written, so the file is read without the lock.
-  const bool is_constant = reference.kind == ReferenceKind::kConstant;
-  const std::size_t raw_bytes = is_constant ? block_bytes : out.size();
-  const std::uint64_t key = is_constant ? 0 : record_key(id, tile.level, morton_code(tile.x, tile.y));
-  if (reference.stored_bytes > kMaxRawBytes) return impl_->refuse(ErrorCode::kCorrupt, place + ": stored size over 256 MiB");
+// Records never change once written, so the file is read without the lock. Valid until the thread's next call.
+Result<std::span<const std::byte>> StoreWriter::Impl::stored_payload(const Entry& entry) const {
+  if (entry.reference.stored_bytes > kMaxRawBytes) return refuse(ErrorCode::kCorrupt, entry.place + ": stored size over 256 MiB");
   thread_local std::vector<std::byte> record;
-  record.resize(kRecordHeaderBytes + reference.stored_bytes);
-  VT_CHECK(impl_->file.read_at(reference.offset, record));
-  const auto payload = check_record(record, reference, key, static_cast<std::uint32_t>(raw_bytes));
-  if (!payload) return impl_->refuse(ErrorCode::kCorrupt, place + ": " + payload.error());
-  if (is_constant) {
-    fill_constant(*payload, out);
+  record.resize(kRecordHeaderBytes + entry.reference.stored_bytes);
+  VT_CHECK(file.read_at(entry.reference.offset, record));
+  const auto payload = check_record(record, entry.reference, entry.key, static_cast<std::uint32_t>(entry.raw_bytes));
+  if (!payload) return refuse(ErrorCode::kCorrupt, entry.place + ": " + payload.error());
+  return *payload;
+}
+
+Result<bool> StoreWriter::holds(LayerId id, TileId tile, const PayloadView& wanted) const {
+  VT_ASSIGN(const Impl::Entry entry, impl_->entry(id, tile));
+  if (entry.reference.kind != ReferenceKind::kTile || entry.reference.codec != wanted.codec ||
+      entry.reference.stored_bytes != wanted.bytes.size())
+    return false;
+  VT_ASSIGN(const auto stored, impl_->stored_payload(entry));
+  return std::ranges::equal(stored, wanted.bytes);
+}
+
+Result<bool> StoreWriter::holds_constant(LayerId id, TileId tile, std::span<const std::byte> block) const {
+  VT_ASSIGN(const Impl::Entry entry, impl_->entry(id, tile));
+  if (entry.reference.kind != ReferenceKind::kConstant) return false;
+  VT_ASSIGN(const auto stored, impl_->stored_payload(entry));
+  return std::ranges::equal(stored, block);
+}
+
+Result<void> StoreWriter::read(LayerId id, TileId tile, std::span<std::byte> out) const {
+  VT_ASSIGN(const Impl::Entry entry, impl_->entry(id, tile));
+  if (!entry.reference.present()) return impl_->refuse(ErrorCode::kNotFound, entry.place + ": absent");
+  VT_ASSIGN(const auto payload, impl_->stored_payload(entry));
+  if (entry.reference.kind == ReferenceKind::kConstant) {
+    fill_constant(payload, out);
     return {};
   }
-  if (auto decoded = decode_payload(reference.codec, *payload, out); !decoded)
-    return impl_->refuse(decoded.error().code, place + ": " + decoded.error().message);
+  assert(out.size() == entry.raw_bytes);
+  if (auto decoded = decode_payload(entry.reference.codec, payload, out); !decoded)
+    return impl_->refuse(decoded.error().code, entry.place + ": " + decoded.error().message);
   return {};
 }
 

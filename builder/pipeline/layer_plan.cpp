@@ -145,8 +145,8 @@ Result<LayerPlan> plan_layer(const LayerRequest& request, const std::optional<Da
   VT_ASSIGN(plan.compression, store::parse_compression(request.compression));
 
   const int threads = thread_count(options.threads);
-  const auto cache = std::make_shared<source::BlockCache>(options.source_cache_bytes);
-  VT_ASSIGN(const std::vector<OpenSource> sources, open_sources(request.sources, cache, threads));
+  const SharedReading shared{std::make_shared<source::BlockCache>(options.source_cache_bytes), std::make_shared<source::FilePool>()};
+  VT_ASSIGN(const std::vector<OpenSource> sources, open_sources(request.sources, shared, threads));
   if (frame && request.crs && !frame->crs.same_coordinates(*request.crs))
     return fail(ErrorCode::kUsage,
                 "the store is in " + frame->crs.text() + ", a layer of it cannot be in " + request.crs->text() + "; leave --crs out");

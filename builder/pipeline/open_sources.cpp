@@ -51,12 +51,13 @@ geo::GeoTransform transform_of(const RasterInfo& info) {
   return {0.0, 1.0, 0.0, static_cast<double>(info.height), 0.0, -1.0};
 }
 
-Result<OpenSource> open_source(const SourceRequest& request, const std::shared_ptr<source::BlockCache>& cache) {
+Result<OpenSource> open_source(const SourceRequest& request, const SharedReading& shared) {
   source::OpenOptions options;
   options.crs = request.crs;
   options.extent = request.extent;
   options.nodata = request.nodata;
-  options.cache = cache;
+  options.cache = shared.cache;
+  options.files = shared.files;
   VT_ASSIGN(std::unique_ptr<source::RasterSource> raster, source::open_raster(request.path, options));
   const RasterInfo& info = raster->info();
   geo::Crs crs;
@@ -101,11 +102,10 @@ nlohmann::ordered_json facts_of_one(const OpenSource& source) {
 
 }  // namespace
 
-Result<std::vector<OpenSource>> open_sources(const std::vector<SourceRequest>& requests, const std::shared_ptr<source::BlockCache>& cache,
-                                             int threads) {
+Result<std::vector<OpenSource>> open_sources(const std::vector<SourceRequest>& requests, const SharedReading& shared, int threads) {
   std::vector<std::optional<OpenSource>> opened(requests.size());
   VT_CHECK(for_each_index(requests.size(), threads, [&](std::size_t i) -> Result<void> {
-    VT_ASSIGN(opened[i], open_source(requests[i], cache));
+    VT_ASSIGN(opened[i], open_source(requests[i], shared));
     return {};
   }));
   std::vector<OpenSource> sources;
