@@ -4,7 +4,6 @@
 #include <array>
 #include <cassert>
 #include <mutex>
-#include <random>
 #include <unordered_map>
 #include <utility>
 
@@ -12,6 +11,7 @@
 #include "store/layout.h"
 #include "store/page_cache.h"
 #include "store/tile_text.h"
+#include "store/uuid.h"
 
 namespace vt::store {
 namespace {
@@ -24,15 +24,6 @@ constexpr std::uint64_t kWritebackBytes = std::uint64_t{8} << 20;
 // The newest part of the log is left alone: other threads are still writing to its pages.
 constexpr std::uint64_t kWritebackLag = std::uint64_t{4} << 20;
 
-Uuid random_uuid() {
-  std::random_device device;
-  Uuid uuid;
-  for (std::size_t i = 0; i < uuid.size(); i += 4) put<std::uint32_t>(uuid, i, device());
-  uuid[6] = (uuid[6] & std::byte{0x0F}) | std::byte{0x40};  // RFC 4122, version 4: random
-  uuid[8] = (uuid[8] & std::byte{0x3F}) | std::byte{0x80};
-  return uuid;
-}
-
 }  // namespace
 
 struct StoreWriter::Impl final : PageCache::Log {
@@ -40,6 +31,7 @@ struct StoreWriter::Impl final : PageCache::Log {
   File file;
   Uuid uuid = {};
   std::uint64_t generation = 0;
+  ColdStart cold_start;  // handed on from commit to commit
   StoreDescription description;
 
   // Guards everything below. Held while the index is read or changed, never while a tile is hashed, written or read.
@@ -153,7 +145,8 @@ struct StoreWriter::Impl final : PageCache::Log {
   }
 
   [[nodiscard]] Result<void> write_superblock(std::uint64_t number, const Reference& catalog) {
-    const auto block = encode_superblock({.uuid = uuid, .generation = number, .file_end = end, .catalog = catalog});
+    const auto block =
+        encode_superblock({.uuid = uuid, .generation = number, .file_end = end, .catalog = catalog, .cold_start = cold_start});
     return file.write_at(superblock_offset(number), block);
   }
   [[nodiscard]] Result<void> sync() {
@@ -232,6 +225,9 @@ Result<StoreWriter> StoreWriter::open(const std::filesystem::path& path, WriterO
   VT_ASSIGN(const bool locked, impl->file.try_lock());
   if (!locked)
     return fail(ErrorCode::kExists, path.string() + ": another program is writing to this store; wait until it is done, or stop it");
+  // Packing puts another file in the place of this one; what is appended to a file without a name is lost.
+  VT_ASSIGN(const bool is_current, impl->file.still_named());
+  if (!is_current) return fail(ErrorCode::kExists, path.string() + ": was replaced by another store at this moment; run again");
 
   VT_ASSIGN(const std::uint64_t file_bytes, impl->file.size());
   std::vector<std::byte> head(std::min<std::uint64_t>(kLogStart, file_bytes));
@@ -252,6 +248,7 @@ Result<StoreWriter> StoreWriter::open(const std::filesystem::path& path, WriterO
 
   impl->uuid = superblock->uuid;
   impl->generation = superblock->generation;
+  impl->cold_start = superblock->cold_start;
   impl->end = impl->written_back = superblock->file_end;
   impl->description = std::move(catalog->description);
   impl->layers = std::move(catalog->layers);
