@@ -346,8 +346,10 @@ Result<void> StoreWriter::put(LayerId id, TileId tile, const PayloadView& payloa
     VT_CHECK(impl_->check_usable());
     VT_ASSIGN(const CatalogLayer* layer, impl_->check_tile(id, tile));
     const std::size_t wanted = layer->info.tile_payload_bytes();
+    const bool is_decodable =
+        payload.codec != Codec::kPredictedZstd || tile_shape(layer->info.format, layer->info.tile_texels()).is_predictable();
     if (payload.raw_bytes != wanted || (payload.codec == Codec::kRaw && payload.bytes.size() != wanted) ||
-        payload.bytes.size() > kMaxRawBytes)
+        payload.bytes.size() > kMaxRawBytes || !is_decodable)
       return impl_->refuse(ErrorCode::kUsage, tile_place(layer->info, tile) + ": payload of " + std::to_string(payload.raw_bytes) +
                                                   " bytes, " + std::to_string(wanted) + " wanted");
     VT_ASSIGN(reference.offset, impl_->reserve(reference.record_bytes()));
@@ -402,6 +404,7 @@ bool StoreWriter::contains(LayerId id, TileId tile) const {
 Result<void> StoreWriter::read(LayerId id, TileId tile, std::span<std::byte> out) const {
   Reference reference;
   std::size_t block_bytes = 0;
+  TileShape shape;
   std::string place;
   {
     const std::lock_guard lock(impl_->mutex);
@@ -410,6 +413,7 @@ Result<void> StoreWriter::read(LayerId id, TileId tile, std::span<std::byte> out
     VT_ASSIGN(reference, impl_->pages.find(id, tile));
     if (!reference.present()) return impl_->refuse(ErrorCode::kNotFound, tile_place(layer->info, tile) + ": absent");
     block_bytes = format_info(layer->info.format).block_bytes;
+    shape = tile_shape(layer->info.format, layer->info.tile_texels());
     place = tile_place(layer->info, tile);
   }
 
@@ -427,7 +431,7 @@ Result<void> StoreWriter::read(LayerId id, TileId tile, std::span<std::byte> out
     fill_constant(*payload, out);
     return {};
   }
-  if (auto decoded = decode_payload(reference.codec, *payload, out); !decoded)
+  if (auto decoded = decode_payload(reference.codec, *payload, shape, out); !decoded)
     return impl_->refuse(decoded.error().code, place + ": " + decoded.error().message);
   return {};
 }
