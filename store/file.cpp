@@ -24,6 +24,22 @@ std::string reason(int error_number) {
   return text;
 }
 
+tl::unexpected<Error> cannot_rename(const std::filesystem::path& from, const std::filesystem::path& to, int error_number) {
+  return fail(ErrorCode::kIo, to.string() + ": cannot rename " + from.string() + " to it: " + reason(error_number));
+}
+
+// Makes a name that was given or changed durable.
+Result<void> sync_folder_of(const std::filesystem::path& path) {
+  const std::filesystem::path folder = path.has_parent_path() ? path.parent_path() : std::filesystem::path(".");
+  const int fd = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  if (fd < 0) return fail(ErrorCode::kIo, folder.string() + ": cannot open to sync: " + reason(errno));
+  const int failed = ::fsync(fd) == 0 ? 0 : errno;
+  ::close(fd);
+  // Some network file systems cannot sync a folder; they make renames durable themselves.
+  if (failed != 0 && failed != EINVAL) return fail(ErrorCode::kIo, folder.string() + ": cannot sync: " + reason(failed));
+  return {};
+}
+
 }  // namespace
 
 Result<File> File::open(const std::filesystem::path& path, Mode mode) {
@@ -140,6 +156,17 @@ Result<bool> File::try_lock() {
   return true;
 }
 
+Result<bool> File::still_named() const {
+  struct stat opened = {};
+  struct stat named = {};
+  if (::fstat(fd_, &opened) != 0) return refuse("stat", errno);
+  if (::stat(path_.c_str(), &named) != 0) {
+    if (errno == ENOENT) return false;
+    return refuse("stat", errno);
+  }
+  return opened.st_dev == named.st_dev && opened.st_ino == named.st_ino;
+}
+
 Result<void> File::close() {
   const int fd = std::exchange(fd_, -1);
   // On Linux the descriptor is gone even when close reports EINTR.
@@ -155,17 +182,13 @@ Result<void> rename_into_place(const std::filesystem::path& from, const std::fil
     if (failed == 0) ::unlink(from.c_str());
   }
   if (failed == EEXIST) return fail(ErrorCode::kExists, to.string() + ": is there already; remove it or choose another name");
-  if (failed != 0) return fail(ErrorCode::kIo, to.string() + ": cannot rename " + from.string() + " to it: " + reason(failed));
-  if (!sync) return {};
+  if (failed != 0) return cannot_rename(from, to, failed);
+  return sync ? sync_folder_of(to) : Result<void>{};
+}
 
-  const std::filesystem::path folder = to.has_parent_path() ? to.parent_path() : std::filesystem::path(".");
-  const int fd = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-  if (fd < 0) return fail(ErrorCode::kIo, folder.string() + ": cannot open to sync: " + reason(errno));
-  const int sync_failed = ::fsync(fd) == 0 ? 0 : errno;
-  ::close(fd);
-  // Some network file systems cannot sync a folder; they make renames durable themselves.
-  if (sync_failed != 0 && sync_failed != EINVAL) return fail(ErrorCode::kIo, folder.string() + ": cannot sync: " + reason(sync_failed));
-  return {};
+Result<void> replace_file(const std::filesystem::path& from, const std::filesystem::path& to, bool sync) {
+  if (::rename(from.c_str(), to.c_str()) != 0) return cannot_rename(from, to, errno);
+  return sync ? sync_folder_of(to) : Result<void>{};
 }
 
 Result<Mapping> Mapping::map(const File& file, std::uint64_t bytes) {
@@ -175,6 +198,14 @@ Result<Mapping> Mapping::map(const File& file, std::uint64_t bytes) {
   if (address == MAP_FAILED) return fail(ErrorCode::kIo, file.path().string() + ": cannot map: " + reason(errno));
   mapping.bytes_ = {static_cast<const std::byte*>(address), bytes};
   return mapping;
+}
+
+void Mapping::read_ahead(std::uint64_t offset, std::uint64_t bytes) const {
+  assert(offset <= bytes_.size() && bytes <= bytes_.size() - offset);
+  const auto page = static_cast<std::uint64_t>(::sysconf(_SC_PAGESIZE));
+  const std::uint64_t first = offset / page * page;
+  // Only a wish: what the system does with it changes no byte.
+  if (bytes > 0) static_cast<void>(::madvise(const_cast<std::byte*>(bytes_.data()) + first, offset - first + bytes, MADV_WILLNEED));
 }
 
 Mapping::Mapping(Mapping&& other) noexcept : bytes_(std::exchange(other.bytes_, {})) {}

@@ -42,6 +42,8 @@ class File {
   [[nodiscard]] Result<void> truncate(std::uint64_t bytes);
   // False when another process (or another descriptor of this one) holds the lock.
   [[nodiscard]] Result<bool> try_lock();
+  // False when path() names another file by now, or nothing: something was put in the place of this one after it was opened.
+  [[nodiscard]] Result<bool> still_named() const;
   [[nodiscard]] Result<void> close();
 
  private:
@@ -55,6 +57,8 @@ class File {
 
 // Renames without ever replacing something (kExists), and makes the new name durable when `sync`.
 [[nodiscard]] Result<void> rename_into_place(const std::filesystem::path& from, const std::filesystem::path& to, bool sync);
+// The same, in the place of a file that is there. Who has that one open keeps it.
+[[nodiscard]] Result<void> replace_file(const std::filesystem::path& from, const std::filesystem::path& to, bool sync);
 
 // The first `bytes` of a file, read-only. When another program truncates the file, touching what it cut off raises SIGBUS, as with any
 // mapping.
@@ -66,6 +70,8 @@ class Mapping {
   Mapping& operator=(Mapping&& other) noexcept;
   ~Mapping();
   [[nodiscard]] std::span<const std::byte> bytes() const { return bytes_; }
+  // Tells the system that these bytes are wanted soon, and goes on at once. Offsets inside bytes().
+  void read_ahead(std::uint64_t offset, std::uint64_t bytes) const;
 
  private:
   std::span<const std::byte> bytes_;

@@ -127,7 +127,7 @@ tl::expected<std::span<const std::byte>, const char*> check_record(std::span<con
 // ---- Superblocks ----
 //
 //   0 "VTSTORE1"    8 u32 version    12 u32 reserved    16 uuid    32 u64 generation    40 u64 file end    48 catalog reference
-//  64 ignorable   128 reserved     4088 u64 hash of bytes 0..4087
+//  64 u64 cold start's offset   72 u64 its bytes   80 ignorable   128 reserved   4088 u64 hash of bytes 0..4087
 
 std::array<std::byte, kSuperblockBytes> encode_superblock(const Superblock& superblock) {
   std::array<std::byte, kSuperblockBytes> block = {};
@@ -137,6 +137,8 @@ std::array<std::byte, kSuperblockBytes> encode_superblock(const Superblock& supe
   put<std::uint64_t>(block, 32, superblock.generation);
   put<std::uint64_t>(block, 40, superblock.file_end);
   put_reference(block, 48, superblock.catalog);
+  put<std::uint64_t>(block, 64, superblock.cold_start.offset);
+  put<std::uint64_t>(block, 72, superblock.cold_start.bytes);
   put<std::uint64_t>(block, kSuperblockHashAt, hash_bytes(std::span(block).first(kSuperblockHashAt)));
   return block;
 }
@@ -170,6 +172,10 @@ Checked<Superblock> decode_superblock(std::span<const std::byte> block, int slot
     return fault(FaultNumber::kCatalogReference, ErrorCode::kInvalidData, name + ", catalog: " + wrong);
   if (superblock.catalog.stored_bytes > kMaxCatalogBytes)
     return fault(FaultNumber::kCatalogReference, ErrorCode::kInvalidData, name + ", catalog: over 64 MiB");
+  // Ignorable bytes: an extent that makes no sense is none.
+  const ColdStart hint{.offset = get<std::uint64_t>(block, 64), .bytes = get<std::uint64_t>(block, 72)};
+  if (hint.offset >= kLogStart && hint.offset <= superblock.file_end && hint.bytes <= superblock.file_end - hint.offset)
+    superblock.cold_start = hint;
   return superblock;
 }
 

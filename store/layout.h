@@ -164,11 +164,20 @@ enum class HashCheck { kVerify, kSkip };
 
 using Uuid = std::array<std::byte, 16>;
 
+// What a reader that begins with a store may read ahead in one go: the catalog, the upper index and the coarsest tiles, as `pack` lays them
+// out. A hint and no more: nothing is wrong when there is none (both 0), or when later commits have moved some of it.
+struct ColdStart {
+  std::uint64_t offset = 0;
+  std::uint64_t bytes = 0;
+  auto operator<=>(const ColdStart&) const = default;
+};
+
 struct Superblock {
   Uuid uuid = {};
   std::uint64_t generation = 0;
   std::uint64_t file_end = 0;
   Reference catalog;
+  ColdStart cold_start;
 };
 
 // Even generations lie in slot 0 (offset 0), odd ones in slot 1 (offset 4096).

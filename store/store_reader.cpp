@@ -9,6 +9,7 @@
 
 #include "store/file.h"
 #include "store/layout.h"
+#include "store/snapshot.h"
 #include "store/tile_text.h"
 
 namespace vt::store {
@@ -39,22 +40,18 @@ constexpr std::uint16_t kNoLayer = 0xFFFF;
 }  // namespace
 
 struct StoreReader::Impl {
-  File file;
+  Snapshot snapshot;
   Mapping mapping;
-  Superblock superblock;
-  StoreDescription description;
-  std::vector<LayerInfo> layers;
-  std::vector<std::vector<Reference>> roots;  // as `layers`
   std::array<std::uint16_t, kMaxLayers> index_of_id;
   VerifiedPages verified{0};
 
   [[nodiscard]] const LayerInfo* find(LayerId id) const {
     if (id.value >= kMaxLayers || index_of_id[id.value] == kNoLayer) return nullptr;
-    return &layers[index_of_id[id.value]];
+    return &snapshot.layers[index_of_id[id.value]];
   }
 
   [[nodiscard]] tl::unexpected<Error> refuse(ErrorCode code, const std::string& sentence) const {
-    return fail(code, file.path().string() + ": " + sentence);
+    return fail(code, snapshot.file.path().string() + ": " + sentence);
   }
   [[nodiscard]] tl::unexpected<Error> unknown_layer(LayerId id) const {
     return refuse(ErrorCode::kUsage, "no layer has id " + std::to_string(id.value));
@@ -69,7 +66,7 @@ struct StoreReader::Impl {
   [[nodiscard]] Result<Reference> find_tile(const LayerInfo& layer, TileId tile) const {
     if (!is_addressable(tile) || tile.level > layer.finest) return Reference{};
     const std::uint64_t morton = morton_code(tile.x, tile.y);
-    Reference at = roots[index_of_id[layer.id.value]][tile.level.value];
+    Reference at = snapshot.roots[index_of_id[layer.id.value]][tile.level.value];
     for (int height = top_height(tile.level); height >= 0; --height) {
       if (!at.present()) return at;
       const std::uint64_t key = record_key(layer.id, tile.level, page_first_morton(morton, height));
@@ -78,7 +75,7 @@ struct StoreReader::Impl {
       if (!payload) [[unlikely]]
         return damaged_page(layer, tile, at, payload.error());
       if (!was_verified) {
-        if (const auto sound = check_page(*payload, tile.level, height, superblock.file_end); !sound)
+        if (const auto sound = check_page(*payload, tile.level, height, snapshot.superblock.file_end); !sound)
           return damaged_page(layer, tile, at, sound.error().sentence);
         verified.add(at.offset);
       }
@@ -99,47 +96,34 @@ StoreReader::~StoreReader() = default;
 
 Result<StoreReader> StoreReader::open(const std::filesystem::path& path) {
   auto impl = std::make_unique<Impl>();
-  VT_ASSIGN(impl->file, File::open(path, File::Mode::kRead));
-  const auto refused = [&](const Fault& found) { return fail(found.code, path.string() + ": " + found.sentence); };
+  VT_ASSIGN(File file, File::open(path, File::Mode::kRead));
+  VT_ASSIGN(impl->snapshot, load_snapshot(std::move(file)));
+  const Superblock& superblock = impl->snapshot.superblock;
+  VT_ASSIGN(impl->mapping, Mapping::map(impl->snapshot.file, superblock.file_end));
+  impl->mapping.read_ahead(superblock.cold_start.offset, superblock.cold_start.bytes);
 
-  // The size is asked for after the superblocks are read: a writer only ever makes the file longer than they say.
-  VT_ASSIGN(const std::uint64_t first_bytes, impl->file.size());
-  std::vector<std::byte> head(std::min<std::uint64_t>(kLogStart, first_bytes));
-  VT_CHECK(impl->file.read_at(0, head));
-  VT_ASSIGN(const std::uint64_t file_bytes, impl->file.size());
-  const auto superblock = choose_superblock(head, file_bytes);
-  if (!superblock) return refused(superblock.error());
-  impl->superblock = *superblock;
-
-  VT_ASSIGN(impl->mapping, Mapping::map(impl->file, superblock->file_end));
-  const auto payload = check_record(impl->record(superblock->catalog), superblock->catalog, 0, superblock->catalog.stored_bytes);
-  if (!payload) return fail(ErrorCode::kCorrupt, path.string() + ": catalog: " + payload.error());
-  auto catalog = decode_catalog(*payload, superblock->file_end);
-  if (!catalog) return refused(catalog.error());
-
-  impl->description = std::move(catalog->description);
   impl->index_of_id.fill(kNoLayer);
   std::uint64_t tiles = 0;
-  for (CatalogLayer& layer : catalog->layers) {
-    impl->index_of_id[layer.info.id.value] = static_cast<std::uint16_t>(impl->layers.size());
+  for (std::size_t i = 0; i < impl->snapshot.layers.size(); ++i) {
+    const LayerInfo& layer = impl->snapshot.layers[i];
+    impl->index_of_id[layer.id.value] = static_cast<std::uint16_t>(i);
     // The count only sizes a table, so a wild one does no harm.
-    tiles += std::min(layer.info.tiles, superblock->file_end);
-    impl->layers.push_back(std::move(layer.info));
-    impl->roots.push_back(std::move(layer.roots));
+    tiles += std::min(layer.tiles, superblock.file_end);
   }
-  impl->verified = VerifiedPages(std::min(tiles, superblock->file_end));
+  impl->verified = VerifiedPages(std::min(tiles, superblock.file_end));
   return StoreReader(std::move(impl));
 }
 
-const std::filesystem::path& StoreReader::path() const { return impl_->file.path(); }
-const StoreDescription& StoreReader::description() const { return impl_->description; }
-std::uint64_t StoreReader::generation() const { return impl_->superblock.generation; }
-std::uint64_t StoreReader::file_bytes() const { return impl_->superblock.file_end; }
-std::span<const LayerInfo> StoreReader::layers() const { return impl_->layers; }
+const std::filesystem::path& StoreReader::path() const { return impl_->snapshot.file.path(); }
+const Snapshot& StoreReader::snapshot() const { return impl_->snapshot; }
+const StoreDescription& StoreReader::description() const { return impl_->snapshot.description; }
+std::uint64_t StoreReader::generation() const { return impl_->snapshot.superblock.generation; }
+std::uint64_t StoreReader::file_bytes() const { return impl_->snapshot.superblock.file_end; }
+std::span<const LayerInfo> StoreReader::layers() const { return impl_->snapshot.layers; }
 const LayerInfo* StoreReader::find_layer(LayerId layer) const { return impl_->find(layer); }
 
 const LayerInfo* StoreReader::find_layer(std::string_view name) const {
-  for (const LayerInfo& layer : impl_->layers)
+  for (const LayerInfo& layer : impl_->snapshot.layers)
     if (layer.name == name) return &layer;
   return nullptr;
 }
@@ -147,9 +131,9 @@ const LayerInfo* StoreReader::find_layer(std::string_view name) const {
 std::string StoreReader::uuid() const {
   constexpr std::string_view kDigits = "0123456789abcdef";
   std::string text;
-  for (std::size_t i = 0; i < impl_->superblock.uuid.size(); ++i) {
+  for (std::size_t i = 0; i < impl_->snapshot.superblock.uuid.size(); ++i) {
     if (i == 4 || i == 6 || i == 8 || i == 10) text += '-';
-    const auto value = std::to_integer<unsigned>(impl_->superblock.uuid[i]);
+    const auto value = std::to_integer<unsigned>(impl_->snapshot.superblock.uuid[i]);
     text += kDigits[value / 16];
     text += kDigits[value % 16];
   }

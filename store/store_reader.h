@@ -19,6 +19,8 @@
 
 namespace vt::store {
 
+struct Snapshot;  // store/snapshot.h
+
 enum class TileKind : std::uint8_t {
   kAbsent,    // never written: use an ancestor
   kStored,    // a record of its own
@@ -48,6 +50,9 @@ class StoreReader {
   [[nodiscard]] std::span<const LayerInfo> layers() const;  // ordered by id, carry layers included
   [[nodiscard]] const LayerInfo* find_layer(std::string_view name) const;
   [[nodiscard]] const LayerInfo* find_layer(LayerId layer) const;
+
+  // What was read at open(): for code of this room that copies records as they are. Lives as long as the reader.
+  [[nodiscard]] const Snapshot& snapshot() const;
 
   // What the index says; does not touch the tile itself. kCorrupt: an index page is damaged.
   [[nodiscard]] Result<TileLookup> lookup(LayerId layer, TileId tile) const;

@@ -4,7 +4,6 @@
 #include <array>
 #include <cassert>
 #include <mutex>
-#include <random>
 #include <unordered_map>
 #include <utility>
 
@@ -12,6 +11,7 @@
 #include "store/layout.h"
 #include "store/page_cache.h"
 #include "store/tile_text.h"
+#include "store/uuid.h"
 
 namespace vt::store {
 namespace {
@@ -24,15 +24,6 @@ constexpr std::uint64_t kWritebackBytes = std::uint64_t{8} << 20;
 // The newest part of the log is left alone: other threads are still writing to its pages.
 constexpr std::uint64_t kWritebackLag = std::uint64_t{4} << 20;
 
-Uuid random_uuid() {
-  std::random_device device;
-  Uuid uuid;
-  for (std::size_t i = 0; i < uuid.size(); i += 4) put<std::uint32_t>(uuid, i, device());
-  uuid[6] = (uuid[6] & std::byte{0x0F}) | std::byte{0x40};  // RFC 4122, version 4: random
-  uuid[8] = (uuid[8] & std::byte{0x3F}) | std::byte{0x80};
-  return uuid;
-}
-
 }  // namespace
 
 struct StoreWriter::Impl final : PageCache::Log {
@@ -40,6 +31,7 @@ struct StoreWriter::Impl final : PageCache::Log {
   File file;
   Uuid uuid = {};
   std::uint64_t generation = 0;
+  ColdStart cold_start;  // handed on from commit to commit
   StoreDescription description;
 
   // Guards everything below. Held while the index is read or changed, never while a tile is hashed, written or read.
@@ -121,6 +113,17 @@ struct StoreWriter::Impl final : PageCache::Log {
     return record;
   }
 
+  // What the index says of a tile, and what its record must be.
+  struct Entry {
+    Reference reference;
+    std::uint64_t key = 0;
+    std::size_t raw_bytes = 0;
+    TileShape shape;
+    std::string place;  // for messages
+  };
+  [[nodiscard]] Result<Entry> entry(LayerId id, TileId tile);
+  [[nodiscard]] Result<std::span<const std::byte>> stored_payload(const Entry& entry) const;
+
   // Points the index at a record (or at nothing) and keeps the layer's counts.
   [[nodiscard]] Result<void> set_entry(CatalogLayer& layer, TileId tile, const Reference& reference) {
     auto old = pages.exchange(layer.info.id, tile, reference);
@@ -143,7 +146,8 @@ struct StoreWriter::Impl final : PageCache::Log {
   }
 
   [[nodiscard]] Result<void> write_superblock(std::uint64_t number, const Reference& catalog) {
-    const auto block = encode_superblock({.uuid = uuid, .generation = number, .file_end = end, .catalog = catalog});
+    const auto block =
+        encode_superblock({.uuid = uuid, .generation = number, .file_end = end, .catalog = catalog, .cold_start = cold_start});
     return file.write_at(superblock_offset(number), block);
   }
   [[nodiscard]] Result<void> sync() {
@@ -222,6 +226,9 @@ Result<StoreWriter> StoreWriter::open(const std::filesystem::path& path, WriterO
   VT_ASSIGN(const bool locked, impl->file.try_lock());
   if (!locked)
     return fail(ErrorCode::kExists, path.string() + ": another program is writing to this store; wait until it is done, or stop it");
+  // Packing puts another file in the place of this one; what is appended to a file without a name is lost.
+  VT_ASSIGN(const bool is_current, impl->file.still_named());
+  if (!is_current) return fail(ErrorCode::kExists, path.string() + ": was replaced by another store at this moment; run again");
 
   VT_ASSIGN(const std::uint64_t file_bytes, impl->file.size());
   std::vector<std::byte> head(std::min<std::uint64_t>(kLogStart, file_bytes));
@@ -242,6 +249,7 @@ Result<StoreWriter> StoreWriter::open(const std::filesystem::path& path, WriterO
 
   impl->uuid = superblock->uuid;
   impl->generation = superblock->generation;
+  impl->cold_start = superblock->cold_start;
   impl->end = impl->written_back = superblock->file_end;
   impl->description = std::move(catalog->description);
   impl->layers = std::move(catalog->layers);
@@ -401,38 +409,57 @@ bool StoreWriter::contains(LayerId id, TileId tile) const {
   return reference && reference->present();
 }
 
-Result<void> StoreWriter::read(LayerId id, TileId tile, std::span<std::byte> out) const {
-  Reference reference;
-  std::size_t block_bytes = 0;
-  TileShape shape;
-  std::string place;
-  {
-    const std::lock_guard lock(impl_->mutex);
-    VT_ASSIGN(CatalogLayer * layer, impl_->check_tile(id, tile));
-    assert(out.size() == layer->info.tile_payload_bytes());
-    VT_ASSIGN(reference, impl_->pages.find(id, tile));
-    if (!reference.present()) return impl_->refuse(ErrorCode::kNotFound, tile_place(layer->info, tile) + ": absent");
-    block_bytes = format_info(layer->info.format).block_bytes;
-    shape = tile_shape(layer->info.format, layer->info.tile_texels());
-    place = tile_place(layer->info, tile);
-  }
+Result<StoreWriter::Impl::Entry> StoreWriter::Impl::entry(LayerId id, TileId tile) {
+  const std::lock_guard lock(mutex);
+  VT_ASSIGN(const CatalogLayer* layer, check_tile(id, tile));
+  Entry entry;
+  VT_ASSIGN(entry.reference, pages.find(id, tile));
+  entry.place = tile_place(layer->info, tile);
+  entry.shape = tile_shape(layer->info.format, layer->info.tile_texels());
+  const bool is_constant = entry.reference.kind == ReferenceKind::kConstant;
+  entry.raw_bytes = is_constant ? format_info(layer->info.format).block_bytes : layer->info.tile_payload_bytes();
+  entry.key = is_constant ? 0 : record_key(id, tile.level, morton_code(tile.x, tile.y));
+  return entry;
+}
 
-  // Records never change once written, so the file is read without the lock.
-  const bool is_constant = reference.kind == ReferenceKind::kConstant;
-  const std::size_t raw_bytes = is_constant ? block_bytes : out.size();
-  const std::uint64_t key = is_constant ? 0 : record_key(id, tile.level, morton_code(tile.x, tile.y));
-  if (reference.stored_bytes > kMaxRawBytes) return impl_->refuse(ErrorCode::kCorrupt, place + ": stored size over 256 MiB");
+// Records never change once written, so the file is read without the lock. Valid until the thread's next call.
+Result<std::span<const std::byte>> StoreWriter::Impl::stored_payload(const Entry& entry) const {
+  if (entry.reference.stored_bytes > kMaxRawBytes) return refuse(ErrorCode::kCorrupt, entry.place + ": stored size over 256 MiB");
   thread_local std::vector<std::byte> record;
-  record.resize(kRecordHeaderBytes + reference.stored_bytes);
-  VT_CHECK(impl_->file.read_at(reference.offset, record));
-  const auto payload = check_record(record, reference, key, static_cast<std::uint32_t>(raw_bytes));
-  if (!payload) return impl_->refuse(ErrorCode::kCorrupt, place + ": " + payload.error());
-  if (is_constant) {
-    fill_constant(*payload, out);
+  record.resize(kRecordHeaderBytes + entry.reference.stored_bytes);
+  VT_CHECK(file.read_at(entry.reference.offset, record));
+  const auto payload = check_record(record, entry.reference, entry.key, static_cast<std::uint32_t>(entry.raw_bytes));
+  if (!payload) return refuse(ErrorCode::kCorrupt, entry.place + ": " + payload.error());
+  return *payload;
+}
+
+Result<bool> StoreWriter::holds(LayerId id, TileId tile, const PayloadView& wanted) const {
+  VT_ASSIGN(const Impl::Entry entry, impl_->entry(id, tile));
+  if (entry.reference.kind != ReferenceKind::kTile || entry.reference.codec != wanted.codec ||
+      entry.reference.stored_bytes != wanted.bytes.size())
+    return false;
+  VT_ASSIGN(const auto stored, impl_->stored_payload(entry));
+  return std::ranges::equal(stored, wanted.bytes);
+}
+
+Result<bool> StoreWriter::holds_constant(LayerId id, TileId tile, std::span<const std::byte> block) const {
+  VT_ASSIGN(const Impl::Entry entry, impl_->entry(id, tile));
+  if (entry.reference.kind != ReferenceKind::kConstant) return false;
+  VT_ASSIGN(const auto stored, impl_->stored_payload(entry));
+  return std::ranges::equal(stored, block);
+}
+
+Result<void> StoreWriter::read(LayerId id, TileId tile, std::span<std::byte> out) const {
+  VT_ASSIGN(const Impl::Entry entry, impl_->entry(id, tile));
+  if (!entry.reference.present()) return impl_->refuse(ErrorCode::kNotFound, entry.place + ": absent");
+  VT_ASSIGN(const auto payload, impl_->stored_payload(entry));
+  if (entry.reference.kind == ReferenceKind::kConstant) {
+    fill_constant(payload, out);
     return {};
   }
-  if (auto decoded = decode_payload(reference.codec, *payload, shape, out); !decoded)
-    return impl_->refuse(decoded.error().code, place + ": " + decoded.error().message);
+  assert(out.size() == entry.raw_bytes);
+  if (auto decoded = decode_payload(entry.reference.codec, payload, entry.shape, out); !decoded)
+    return impl_->refuse(decoded.error().code, entry.place + ": " + decoded.error().message);
   return {};
 }
 

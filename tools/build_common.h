@@ -20,6 +20,9 @@ struct BuildFlags {
   std::string progress = "auto";
   double checkpoint_seconds = 10.0;
   int block_levels = 0;
+  bool update = false;
+  bool stats = false;
+  bool json = false;
   bool dry_run = false;
 
   void add_to(CLI::App& command);
@@ -45,5 +48,7 @@ void print_plan(const pipeline::LayerPlan& plan, int threads, std::size_t memory
 [[nodiscard]] std::function<Result<int>()> add_layer_command(CLI::App& app);
 [[nodiscard]] std::function<Result<int>()> add_dataset_command(CLI::App& app);
 [[nodiscard]] std::function<Result<int>()> add_sample_command(CLI::App& app);
+[[nodiscard]] std::function<Result<int>()> add_pack_command(CLI::App& app);
+[[nodiscard]] std::function<Result<int>()> add_remove_command(CLI::App& app);
 
 }  // namespace vt::tools

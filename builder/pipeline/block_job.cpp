@@ -9,6 +9,22 @@ namespace {
 
 constexpr std::int64_t kChunkRows = 32;  // source rows decoded at once; they stay in the second-level cache
 
+// Calls use(chunk in layer texels) for every piece of `active` that is read at once. Chunks end on multiples of their height, so that
+// neighbouring blocks ask the source for the same rows.
+template <class Use>
+Result<void> for_each_chunk(const TexelRect& active, const Use& use) {
+  for (std::int64_t y = active.y; y < active.bottom();) {
+    const std::int64_t end = std::min((y / kChunkRows + 1) * kChunkRows, active.bottom());
+    VT_CHECK(use(TexelRect{active.x, y, active.width, end - y}));
+    y = end;
+  }
+  return {};
+}
+
+TexelRect from_data_corner(const TexelRect& rect, const TexelRect& data) {
+  return {rect.x - data.x, rect.y - data.y, rect.width, rect.height};
+}
+
 }  // namespace
 
 // Takes finished rows from the cascade: texel levels into bands of tiles, the level above them into the carry tile.
@@ -33,6 +49,7 @@ class BlockJob::Output final : public pyramid::RowSink {
 
   void row(int k, std::int64_t y, const channels::RowNeighbourhood& rows) override {
     if (!status_) return;
+    const InStage stage(job_.clock_, Stage::kQuantise);
     if (k == outputs_) {
       keep_carry_row(y, rows.here);
     } else if (k > 0 || !has_base_texels_[static_cast<std::size_t>(y - base_core_.y)]) {
@@ -46,16 +63,18 @@ class BlockJob::Output final : public pyramid::RowSink {
 
   void base_texels(std::int64_t y, const std::byte* texels, const float* weights) {
     if (!status_) return;
+    const InStage stage(job_.clock_, Stage::kQuantise);
     bands_[0].add_texels(y, texels, weights);
     store_finished(0);
   }
 
   [[nodiscard]] const Result<void>& status() const { return status_; }
 
-  // The carry tile comes last: its presence says that the whole block is in the store.
+  // The carry tile comes after all others.
   [[nodiscard]] Result<void> finish() {
     VT_CHECK(status_);
     if (carry_.empty()) return {};
+    const InStage stage(job_.clock_, Stage::kEncode);
     const std::size_t texel_bytes = static_cast<std::size_t>(carry_floats()) * sizeof(float);
     const auto raw = std::as_bytes(std::span(carry_));
     encode::EncodedTile tile;
@@ -82,6 +101,7 @@ class BlockJob::Output final : public pyramid::RowSink {
   }
 
   void store_finished(int k) {
+    const InStage stage(job_.clock_, Stage::kEncode);
     status_ = bands_[static_cast<std::size_t>(k)].take_finished(
         [this](const encode::EncodedTile& tile) { return job_.put(job_.ids_.texture, tile); });
   }
@@ -97,45 +117,78 @@ class BlockJob::Output final : public pyramid::RowSink {
   Result<void> status_;
 };
 
-BlockJob::BlockJob(const LayerPlan& plan, LayerIds ids, store::StoreWriter& writer) : plan_(plan), ids_(ids), writer_(writer) {}
+BlockJob::BlockJob(const LayerPlan& plan, const WorkMap& work, LayerIds ids, store::StoreWriter& writer, bool timed)
+    : plan_(plan), work_(work), ids_(ids), writer_(writer), marks_(writer, ids.marks), clock_(timed) {}
 
 Result<void> BlockJob::put(LayerId layer, const encode::EncodedTile& tile) {
-  // A rebuilt block may find nothing where there was something.
-  if (tile.is_empty) return writer_.remove(layer, tile.tile);
-  if (!tile.constant_block.empty()) return writer_.put_constant(layer, tile.tile, tile.constant_block);
-  return writer_.put(layer, tile.tile, tile.payload);
+  const InStage stage(clock_, Stage::kStore);
+  TileCounts ignored;
+  TileCounts& counts = layer == ids_.texture ? counts_ : ignored;
+  if (tile.is_empty) {
+    // A rebuilt block may find nothing where there was something.
+    if (!writer_.contains(layer, tile.tile)) return {};
+    ++counts.removed;
+    return writer_.remove(layer, tile.tile);
+  }
+  // What a rebuilt block finds as it was costs no new bytes.
+  const bool is_constant = !tile.constant_block.empty();
+  VT_ASSIGN(const bool is_there,
+            is_constant ? writer_.holds_constant(layer, tile.tile, tile.constant_block) : writer_.holds(layer, tile.tile, tile.payload));
+  if (is_there) {
+    ++counts.unchanged;
+    return {};
+  }
+  ++counts.written;
+  return is_constant ? writer_.put_constant(layer, tile.tile, tile.constant_block) : writer_.put(layer, tile.tile, tile.payload);
 }
 
-Result<void> BlockJob::run(const Tier& tier, bool first_tier, std::int64_t index, const std::function<void(std::uint64_t)>& progress,
+Result<void> BlockJob::run(std::size_t tier_index, std::int64_t index, const std::function<void(std::uint64_t)>& progress,
                            const std::atomic<bool>* cancel) {
+  const InStage stage(clock_, Stage::kFilter);
+  const Tier& tier = work_.tiers()[tier_index];
   const channels::ChannelCodec& codec = plan_.sampler->codec();
   pyramid::BlockCascade cascade(pyramid::plan_block(tier.block(index), tier.data, tier.outputs, tier.has_carry, plan_.kernel),
                                 codec.planes(), plan_.kernel);
   Output output(*this, tier, tier.has_carry ? tier.carry_tile(index) : TileId{}, cascade);
-  if (first_tier) {
+  content_.reset();
+  if (tier_index == 0) {
     VT_CHECK(feed_from_sources(cascade, output, progress, cancel));
   } else {
-    VT_CHECK(feed_from_carry(tier, cascade, output));
+    VT_CHECK(feed_from_carry(tier_index, cascade, output));
+    progress(work_.core_texels(tier_index, index));
   }
-  return output.finish();
+  VT_CHECK(output.finish());
+  if (tier_index > 0 && !tier.has_carry) return {};  // the last block; after it the layer is complete
+  return marks_.set(tier, index, tier_index == 0 ? content_.digest() : carry_mark());
+}
+
+Result<store::ContentHash> BlockJob::source_hash(std::int64_t index) {
+  const InStage stage(clock_, Stage::kCheck);
+  content_.reset();
+  VT_CHECK(for_each_chunk(work_.active(0, index), [&](const TexelRect& rect) {
+    return plan_.sampler->hash(from_data_corner(rect, plan_.info.data), chunk_, content_);
+  }));
+  return content_.digest();
 }
 
 Result<void> BlockJob::feed_from_sources(pyramid::BlockCascade& cascade, Output& output, const std::function<void(std::uint64_t)>& progress,
                                          const std::atomic<bool>* cancel) {
   const TexelRect active = cascade.level(0).active;
   const TexelRect core = cascade.level(0).core;
-  const TexelRect& data = plan_.info.data;
   const auto weight_plane = static_cast<std::size_t>(plan_.sampler->codec().weight_plane());
   const auto texel_bytes = static_cast<std::int64_t>(format_info(plan_.sampler->codec().texel_format()).block_bytes);
-  for (std::int64_t y = active.y; y < active.bottom();) {
+  const auto feed = [&](const TexelRect& rect) -> Result<void> {
     if (cancel != nullptr && cancel->load(std::memory_order_relaxed)) return fail(ErrorCode::kCancelled, "stopped");
-    // Chunks end on multiples of their height, so that neighbouring blocks ask the source for the same rows.
-    const std::int64_t end = std::min((y / kChunkRows + 1) * kChunkRows, active.bottom());
-    VT_CHECK(plan_.sampler->load({active.x - data.x, y - data.y, active.width, end - y}, chunk_));
-    for (std::int64_t row = y; row < end; ++row) {
+    {
+      const InStage stage(clock_, Stage::kRead);
+      VT_CHECK(plan_.sampler->load(from_data_corner(rect, plan_.info.data), chunk_, &content_));
+    }
+    for (std::int64_t row = rect.y; row < rect.bottom(); ++row) {
       const channels::PlaneRow planes = cascade.begin_row();
-      const bool opaque = chunk_.decode_row(row - y, planes);
-      const std::byte* texels = chunk_.texel_row(row - y);
+      const Stage before = clock_.enter(Stage::kDecode);
+      const bool opaque = chunk_.decode_row(row - rect.y, planes);
+      clock_.enter(before);
+      const std::byte* texels = chunk_.texel_row(row - rect.y);
       const bool is_texels = texels != nullptr && row >= core.y && row < core.bottom();
       // Rows of planes come out one row late: the texels of this row follow what ending it sends on.
       if (is_texels) output.expect_base_texels(row);
@@ -146,14 +199,18 @@ Result<void> BlockJob::feed_from_sources(pyramid::BlockCascade& cascade, Output&
       }
     }
     VT_CHECK(output.status());
-    const std::int64_t core_rows = intersect(core, {core.x, y, 1, end - y}).height;
-    progress(static_cast<std::uint64_t>(core_rows * core.width));
-    y = end;
-  }
-  return {};
+    const TexelRect done = intersect(core, {core.x, rect.y, core.width, rect.height});
+    progress(static_cast<std::uint64_t>(done.width * done.height));
+    return {};
+  };
+  return for_each_chunk(active, feed);
 }
 
-Result<void> BlockJob::load_carry_band(const Tier& tier, std::int64_t tile_row, const TexelRect& active) {
+// Where no source reaches there is no carry, which is the same as carry without any weight.
+Result<void> BlockJob::load_carry_band(std::size_t tier, std::int64_t tile_row, const TexelRect& active) {
+  const InStage stage(clock_, Stage::kCarry);
+  const Tier& here = work_.tiers()[tier];
+  const Tier& finer = work_.tiers()[tier - 1];
   const int exponent = plan_.info.tile_exponent;
   const std::int64_t first = active.x >> exponent;
   const std::int64_t last = (active.right() - 1) >> exponent;
@@ -163,13 +220,17 @@ Result<void> BlockJob::load_carry_band(const Tier& tier, std::int64_t tile_row, 
   for (std::int64_t column = first; column <= last; ++column) {
     std::vector<float>& tile = carry_band_[static_cast<std::size_t>(column - first)];
     tile.resize(edge * edge * floats);
-    VT_CHECK(writer_.read(ids_.carry, {tier.base, static_cast<std::uint32_t>(column), static_cast<std::uint32_t>(tile_row)},
-                          std::as_writable_bytes(std::span(tile))));
+    const TileId id{here.base, static_cast<std::uint32_t>(column), static_cast<std::uint32_t>(tile_row)};
+    if (!writer_.contains(ids_.carry, id) && !work_.is_touched(tier - 1, finer.block_of_carry(id))) {
+      std::fill(tile.begin(), tile.end(), 0.0F);
+      continue;
+    }
+    VT_CHECK(writer_.read(ids_.carry, id, std::as_writable_bytes(std::span(tile))));
   }
   return {};
 }
 
-Result<void> BlockJob::feed_from_carry(const Tier& tier, pyramid::BlockCascade& cascade, Output& output) {
+Result<void> BlockJob::feed_from_carry(std::size_t tier, pyramid::BlockCascade& cascade, Output& output) {
   const TexelRect active = cascade.level(0).active;
   const int exponent = plan_.info.tile_exponent;
   const std::int64_t edge = plan_.info.tile_texels();

@@ -9,7 +9,10 @@
 #include <vector>
 
 #include "builder/encode/tile_band.h"
+#include "builder/pipeline/block_marks.h"
+#include "builder/pipeline/build_stats.h"
 #include "builder/pipeline/layer_plan.h"
+#include "builder/pipeline/work_map.h"
 #include "builder/pyramid/block_cascade.h"
 #include "builder/resample/base_sampler.h"
 #include "store/store_writer.h"
@@ -19,28 +22,55 @@ namespace vt::pipeline {
 struct LayerIds {
   LayerId texture;
   LayerId carry;  // meaningful when a tier has carry
+  LayerId marks;
+};
+
+// What became of the tiles of some blocks. Tiles of the carry are not counted.
+struct TileCounts {
+  std::int64_t written = 0;
+  std::int64_t unchanged = 0;  // were in the store already, byte for byte
+  std::int64_t removed = 0;    // were in the store and have no data any more
+
+  TileCounts& operator+=(const TileCounts& other) {
+    written += other.written;
+    unchanged += other.unchanged;
+    removed += other.removed;
+    return *this;
+  }
 };
 
 class BlockJob {
  public:
-  BlockJob(const LayerPlan& plan, LayerIds ids, store::StoreWriter& writer);
+  // All arguments outlive the job. `timed`: keep times().
+  BlockJob(const LayerPlan& plan, const WorkMap& work, LayerIds ids, store::StoreWriter& writer, bool timed);
 
-  // Builds block `index` of `tier`; `first_tier` blocks read the sources, others the carry tiles of the tier before. Calls `progress` with
-  // the number of core base texels done since the last call. kCancelled as soon as `cancel` is seen; then nothing of the block counts.
-  [[nodiscard]] Result<void> run(const Tier& tier, bool first_tier, std::int64_t index, const std::function<void(std::uint64_t)>& progress,
+  // Builds block `index` of a tier; blocks of tier 0 read the sources, others the carry tiles of the tier before. The block's mark comes
+  // last: when it is there, all of the block is. Calls `progress` with the number of core base texels done since the last call. kCancelled
+  // as soon as `cancel` is seen; then nothing of the block counts.
+  [[nodiscard]] Result<void> run(std::size_t tier, std::int64_t index, const std::function<void(std::uint64_t)>& progress,
                                  const std::atomic<bool>* cancel);
+  // The mark that run() would leave for a block of tier 0, without decoding anything.
+  [[nodiscard]] Result<store::ContentHash> source_hash(std::int64_t index);
+
+  [[nodiscard]] const TileCounts& counts() const { return counts_; }
+  [[nodiscard]] StageClock& clock() { return clock_; }
 
  private:
   class Output;
   [[nodiscard]] Result<void> put(LayerId layer, const encode::EncodedTile& tile);
   [[nodiscard]] Result<void> feed_from_sources(pyramid::BlockCascade& cascade, Output& output,
                                                const std::function<void(std::uint64_t)>& progress, const std::atomic<bool>* cancel);
-  [[nodiscard]] Result<void> feed_from_carry(const Tier& tier, pyramid::BlockCascade& cascade, Output& output);
-  [[nodiscard]] Result<void> load_carry_band(const Tier& tier, std::int64_t tile_row, const TexelRect& active);
+  [[nodiscard]] Result<void> feed_from_carry(std::size_t tier, pyramid::BlockCascade& cascade, Output& output);
+  [[nodiscard]] Result<void> load_carry_band(std::size_t tier, std::int64_t tile_row, const TexelRect& active);
 
   const LayerPlan& plan_;
+  const WorkMap& work_;
   LayerIds ids_;
   store::StoreWriter& writer_;
+  BlockMarks marks_;
+  store::ContentHasher content_;
+  StageClock clock_;
+  TileCounts counts_;
   resample::BaseChunk chunk_;
   std::vector<std::vector<float>> carry_band_;  // tiles of one row, interleaved planes
 };

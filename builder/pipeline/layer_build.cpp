@@ -5,9 +5,11 @@
 #include <condition_variable>
 #include <exception>
 #include <mutex>
+#include <set>
 #include <thread>
 
-#include "builder/pipeline/block_job.h"
+#include "builder/pipeline/built_layer.h"
+#include "builder/pipeline/source_check.h"
 
 namespace vt::pipeline {
 namespace {
@@ -16,130 +18,102 @@ using Clock = std::chrono::steady_clock;
 
 double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
 
-// The layers of a plan in the store: found from an earlier run, or added.
-struct OpenLayers {
-  LayerIds ids;
-  bool is_complete = false;
-  int block_levels = 0;
+// Counts texels of work over all tiers.
+struct WorkCounter {
+  std::atomic<std::uint64_t> done{0};
+  std::uint64_t total = 0;
+  const std::function<void(std::uint64_t, std::uint64_t)>& report;
+
+  void add(std::uint64_t texels) {
+    const std::uint64_t now = done.fetch_add(texels, std::memory_order_relaxed) + texels;
+    if (report) report(now, total);
+  }
 };
 
-std::string carry_name(const std::string& layer) { return layer + "/carry"; }
-
-Result<OpenLayers> open_layers(store::StoreWriter& writer, const LayerPlan& plan, int block_levels) {
-  OpenLayers layers;
-  if (const auto existing = writer.find_layer(plan.info.name)) {
-    const auto metadata = nlohmann::ordered_json::parse(existing->metadata_json, nullptr, false);
-    if (!metadata.is_object() || !metadata.contains("settings") || metadata["settings"] != plan.settings ||
-        !metadata.contains("block_levels") || !metadata["block_levels"].is_number_integer())
-      return fail(ErrorCode::kExists, "the store already has a layer '" + plan.info.name +
-                                          "' that was built from other sources or settings; choose another --name or another store");
-    layers.ids.texture = existing->id;
-    layers.is_complete = existing->state == LayerState::kComplete;
-    layers.block_levels = metadata["block_levels"].get<int>();
-    if (layers.block_levels < 1 || layers.block_levels > kMaxTileExponent)
-      return fail(ErrorCode::kInvalidData, "layer '" + plan.info.name + "': its metadata say block_levels " +
-                                               std::to_string(layers.block_levels) + ", 1 to 12 are possible");
-    const auto carry = writer.find_layer(carry_name(plan.info.name));
-    const bool needs_carry = !layers.is_complete && plan.info.finest.value >= layers.block_levels;
-    if (needs_carry && (!carry || carry->role != LayerRole::kCarry || carry->owner != layers.ids.texture))
-      return fail(ErrorCode::kInvalidData, "layer '" + plan.info.name + "' is unfinished and its carry layer '" +
-                                               carry_name(plan.info.name) +
-                                               "' is not in the store, so its build cannot go on; choose another --name or another store");
-    if (carry) layers.ids.carry = carry->id;
-    return layers;
-  }
-
-  layers.block_levels = block_levels;
-  LayerInfo info = plan.info;
-  nlohmann::ordered_json metadata;
-  metadata["settings"] = plan.settings;
-  metadata["block_levels"] = block_levels;
-  info.metadata_json = metadata.dump();
-  VT_ASSIGN(layers.ids.texture, writer.add_layer(info));
-  if (info.finest.value >= block_levels) {
-    LayerInfo carry = plan.info;
-    carry.name = carry_name(plan.info.name);
-    carry.role = LayerRole::kCarry;
-    carry.owner = layers.ids.texture;
-    carry.format = plan.sampler->codec().carry_format();
-    carry.transfer = Transfer::kLinear;
-    carry.metadata_json = "{}";
-    VT_ASSIGN(layers.ids.carry, writer.add_layer(carry));
-  }
-  // From here on the same command finds its layers again.
-  VT_CHECK(writer.commit());
-  return layers;
-}
-
-// Runs the blocks of one tier on all workers. Stops at the first error.
+// Runs blocks of one tier on all workers. Stops at the first error.
 class TierRun {
  public:
-  TierRun(const LayerPlan& plan, LayerIds ids, const Tier& tier, bool first_tier, store::StoreWriter& writer, const BuildOptions& options,
-          std::atomic<std::uint64_t>& done_texels, std::uint64_t total_texels)
+  TierRun(const LayerPlan& plan, const WorkMap& work, LayerIds ids, std::size_t tier, std::vector<std::int64_t> blocks,
+          store::StoreWriter& writer, const BuildOptions& options, WorkCounter& counter)
       : plan_(plan),
+        work_(work),
         ids_(ids),
         tier_(tier),
-        first_tier_(first_tier),
+        blocks_(std::move(blocks)),
         writer_(writer),
         options_(options),
-        done_texels_(done_texels),
-        total_(total_texels) {}
+        counter_(counter) {}
 
-  // Commits every checkpoint_seconds while the workers run.
-  [[nodiscard]] Result<void> run(int threads) {
-    const auto workers_wanted = static_cast<int>(std::min<std::int64_t>(threads, tier_.blocks()));
+  // Commits every checkpoint_seconds while the workers run. Adds what was done to `report`, also when it fails.
+  [[nodiscard]] Result<void> run(int threads, BuildReport& report) {
+    const auto workers_wanted = std::min(static_cast<std::size_t>(threads), blocks_.size());
     running_ = workers_wanted;
     std::vector<std::jthread> workers;
-    for (int i = 0; i < workers_wanted; ++i) workers.emplace_back([this] { work(); });
+    for (std::size_t i = 0; i < workers_wanted; ++i) workers.emplace_back([this] { work(); });
     std::unique_lock lock(mutex_);
     const auto interval = std::chrono::duration<double>(options_.checkpoint_seconds);
     while (!finished_.wait_for(lock, interval, [this] { return running_ == 0; })) {
       lock.unlock();
+      const auto start = Clock::now();
       auto committed = writer_.commit();
+      report.commit_seconds += seconds_since(start);
       lock.lock();
       if (!committed) stop_with(committed.error());
     }
+    lock.unlock();
     workers.clear();
+    report.blocks_built += built_;
+    report.tile_counts += counts_;
+    report.stages += stages_;
     if (error_) return tl::unexpected(*error_);
     return {};
   }
 
-  std::atomic<std::int64_t> built{0};
-  std::atomic<std::int64_t> resumed{0};
-
  private:
   void work() {
-    BlockJob job(plan_, ids_, writer_);
-    const auto report = [this](std::uint64_t texels) {
-      const std::uint64_t done = done_texels_.fetch_add(texels, std::memory_order_relaxed) + texels;
-      if (options_.progress) options_.progress(done, total_);
-    };
-    for (std::int64_t index = next_++; index < tier_.blocks() && !stopped_; index = next_++) {
-      if (tier_.has_carry && writer_.contains(ids_.carry, tier_.carry_tile(index))) {
-        ++resumed;
-        const TexelRect part = intersect(tier_.block(index), tier_.data);
-        if (first_tier_) report(static_cast<std::uint64_t>(part.width * part.height));
-        continue;
-      }
-      auto result = run_block(job, index, report);
+    BlockJob job(plan_, work_, ids_, writer_, options_.with_stats);
+    const auto report = [this](std::uint64_t texels) { counter_.add(texels); };
+    while (const auto index = take_block()) {
+      auto result = run_block(job, *index, report);
+      const std::lock_guard lock(mutex_);
+      in_hand_.erase(*index);
       if (!result) {
-        const std::lock_guard lock(mutex_);
         stop_with(result.error());
         break;
       }
-      ++built;
+      ++built_;
+      if (tier_ == 0) release_rows();
     }
-    const std::lock_guard lock(mutex_);
+    std::unique_lock lock(mutex_);
     if (--running_ == 0) finished_.notify_all();
+    finished_.wait(lock, [this] { return running_ == 0; });
+    counts_ += job.counts();
+    stages_ += job.clock().times();
+  }
+
+  [[nodiscard]] std::optional<std::int64_t> take_block() {
+    const std::lock_guard lock(mutex_);
+    if (options_.cancel != nullptr && options_.cancel->load() && next_ < blocks_.size()) stop_with({ErrorCode::kCancelled, "stopped"});
+    if (stopped_ || next_ == blocks_.size()) return std::nullopt;
+    in_hand_.insert(blocks_[next_]);
+    return blocks_[next_++];
+  }
+
+  // Sources that cannot be read at random need not keep what lies above all blocks that are left. Under mutex_.
+  void release_rows() {
+    std::optional<std::int64_t> first;
+    if (!in_hand_.empty()) first = *in_hand_.begin();
+    if (next_ < blocks_.size()) first = std::min(first.value_or(blocks_[next_]), blocks_[next_]);
+    if (first) plan_.sampler->release_rows_before(work_.active(0, *first).y - plan_.info.data.y);
   }
 
   // An exception (out of memory) ends the build, not the process.
   [[nodiscard]] Result<void> run_block(BlockJob& job, std::int64_t index, const std::function<void(std::uint64_t)>& report) {
     try {
-      return job.run(tier_, first_tier_, index, report, options_.cancel);
+      return job.run(tier_, index, report, options_.cancel);
     } catch (const std::exception& problem) {
-      return fail(ErrorCode::kInternal, "layer '" + plan_.info.name + "', level " + std::to_string(tier_.base.value) + ", block " +
-                                            std::to_string(index) + ": " + problem.what());
+      return fail(ErrorCode::kInternal, "layer '" + plan_.info.name + "', level " + std::to_string(work_.tiers()[tier_].base.value) +
+                                            ", block " + std::to_string(index) + ": " + problem.what());
     }
   }
 
@@ -149,54 +123,87 @@ class TierRun {
   }
 
   const LayerPlan& plan_;
+  const WorkMap& work_;
   LayerIds ids_;
-  const Tier& tier_;
-  bool first_tier_;
+  std::size_t tier_;
+  std::vector<std::int64_t> blocks_;
   store::StoreWriter& writer_;
   const BuildOptions& options_;
-  std::atomic<std::uint64_t>& done_texels_;
-  std::uint64_t total_;
-  std::atomic<std::int64_t> next_{0};
-  std::atomic<bool> stopped_{false};
-  std::mutex mutex_;
+  WorkCounter& counter_;
+
+  std::mutex mutex_;  // guards all that follows
   std::condition_variable finished_;
-  int running_ = 0;             // under mutex_
-  std::optional<Error> error_;  // under mutex_
+  std::size_t next_ = 0;
+  std::set<std::int64_t> in_hand_;
+  bool stopped_ = false;
+  std::size_t running_ = 0;
+  std::optional<Error> error_;
+  std::int64_t built_ = 0;
+  TileCounts counts_;
+  StageTimes stages_;
 };
+
+// Compares a layer that is there with its sources. Afterwards the layer is either complete and up to date, or unfinished and committed so.
+Result<void> find_changes(store::StoreWriter& writer, const LayerPlan& plan, const WorkMap& work, BuiltLayer& layer, int threads,
+                          const BuildOptions& options, BuildReport& report) {
+  VT_ASSIGN(SourceCheck check, check_sources(writer, plan, work, layer, threads, options));
+  report.blocks_checked = check.checked;
+  report.blocks_changed = static_cast<std::int64_t>(check.changed.size());
+  report.stages += check.stages;
+  if (check.changed.empty() && !layer.sources_differ) return {};
+  const bool has_work = !check.changed.empty() || !layer.is_complete;
+  VT_CHECK(begin_update(writer, plan, layer));
+  if (!has_work) return complete(writer, plan, layer).map([&] { layer.is_complete = true; });
+  VT_CHECK(mark_stale(writer, work, layer, std::move(check.changed)));
+  return writer.commit();
+}
+
+Result<void> build_tiers(store::StoreWriter& writer, const LayerPlan& plan, const WorkMap& work, const BuiltLayer& layer, int threads,
+                         const BuildOptions& options, BuildReport& report) {
+  WorkCounter counter{.report = options.progress};
+  std::vector<Pending> pending;
+  for (std::size_t tier = 0; tier < work.tiers().size(); ++tier) {
+    VT_ASSIGN(Pending one, find_pending(writer, work, layer, tier));
+    counter.total += one.texels + one.done_texels;
+    counter.done += one.done_texels;
+    report.blocks_resumed += one.done_blocks;
+    pending.push_back(std::move(one));
+  }
+  counter.add(0);
+  for (std::size_t tier = 0; tier < work.tiers().size(); ++tier) {
+    TierRun run(plan, work, layer.ids, tier, std::move(pending[tier].blocks), writer, options, counter);
+    VT_CHECK(run.run(threads, report));
+  }
+  const auto start = Clock::now();
+  VT_CHECK(complete(writer, plan, layer));
+  report.commit_seconds += seconds_since(start);
+  return {};
+}
 
 }  // namespace
 
 Result<BuildReport> build_layer(store::StoreWriter& writer, const LayerPlan& plan, const BuildOptions& options) {
   const auto start = Clock::now();
-  const int threads = options.threads > 0 ? options.threads : std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+  BuildReport report;
+  report.threads = options.threads > 0 ? options.threads : std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
   int block_levels = options.block_levels;
   if (block_levels == 0) {
-    VT_ASSIGN(block_levels, choose_block_levels(plan, threads, options.memory_bytes));
+    VT_ASSIGN(block_levels, choose_block_levels(plan, report.threads, options.memory_bytes));
   }
 
-  VT_ASSIGN(const OpenLayers layers, open_layers(writer, plan, block_levels));
-  BuildReport report;
-  report.block_levels = layers.block_levels;
+  VT_ASSIGN(BuiltLayer layer, open_built_layer(writer, plan, block_levels, options.update));
+  report.block_levels = layer.block_levels;
   report.base_texels = static_cast<std::uint64_t>(plan.info.data.width) * static_cast<std::uint64_t>(plan.info.data.height);
-  report.was_complete = layers.is_complete;
-
-  if (!layers.is_complete) {
-    std::atomic<std::uint64_t> done_texels{0};
-    const std::vector<Tier> tiers = plan_tiers(plan.info, layers.block_levels);
-    for (std::size_t i = 0; i < tiers.size(); ++i) {
-      TierRun tier(plan, layers.ids, tiers[i], i == 0, writer, options, done_texels, report.base_texels);
-      auto result = tier.run(threads);
-      report.blocks_built += tier.built;
-      report.blocks_resumed += tier.resumed;
-      if (!result) {
-        // What is done is kept, whatever stopped the rest. If it was the store itself, it refuses, and the first error is the one to tell.
-        [[maybe_unused]] const auto kept = writer.commit();
-        return tl::unexpected(std::move(result).error());
-      }
+  const WorkMap work(plan, layer.block_levels);
+  if (options.update && layer.was_there) VT_CHECK(find_changes(writer, plan, work, layer, report.threads, options, report));
+  report.was_complete = layer.is_complete;
+  if (!layer.is_complete) {
+    auto built = build_tiers(writer, plan, work, layer, report.threads, options, report);
+    if (!built) {
+      // What is done is kept, whatever stopped the rest. If it was the store itself, it refuses, and the first error is the one to tell.
+      [[maybe_unused]] const auto kept = writer.commit();
+      return tl::unexpected(std::move(built).error());
     }
-    VT_CHECK(writer.set_state(layers.ids.texture, LayerState::kComplete));
-    if (plan.info.finest.value >= layers.block_levels) VT_CHECK(writer.set_state(layers.ids.carry, LayerState::kComplete));
-    VT_CHECK(writer.commit());
   }
 
   const auto info = writer.find_layer(plan.info.name);

@@ -1,12 +1,17 @@
 // Carries out a plan: blocks on all cores, tiles into the store, checkpoints on the way. A build that was interrupted goes on where its
 // last checkpoint left it when the same plan is built again; the tiles are the same bytes at any thread count, block size or number of
 // interruptions.
+//
+// Updating is the same work with a question before it: blocks whose sources are not what they were built from are marked stale, and what
+// depends on them; then the build goes on as after an interruption.
 #pragma once
 
 #include <atomic>
 #include <cstdint>
 #include <functional>
 
+#include "builder/pipeline/block_job.h"
+#include "builder/pipeline/build_stats.h"
 #include "builder/pipeline/layer_plan.h"
 #include "store/store_writer.h"
 
@@ -17,7 +22,13 @@ struct BuildOptions {
   std::size_t memory_bytes = std::size_t{512} << 20;
   int block_levels = 0;              // 0: chosen from the memory; a block spans 2^block_levels tiles along an edge
   double checkpoint_seconds = 10.0;  // what is lost when the process is killed: this much work, and the blocks in hand
-  std::function<void(std::uint64_t done_texels, std::uint64_t total_texels)> progress;  // from any thread
+  // A layer that is there already is compared with its sources, all of them are read, and what differs is built again. The sources' list
+  // may have changed too, all other settings may not.
+  bool update = false;
+  bool with_stats = false;
+  // Texels of work done and in all; from any thread. The first call says what an earlier run had done.
+  std::function<void(std::uint64_t done_texels, std::uint64_t total_texels)> progress;
+  std::function<void(std::uint64_t done_blocks, std::uint64_t total_blocks)> check_progress;  // while sources are compared
   const std::atomic<bool>* cancel = nullptr;  // becomes true: commit what is done and return kCancelled
 };
 
@@ -25,12 +36,18 @@ struct BuildReport {
   bool was_complete = false;  // nothing to do
   std::int64_t blocks_built = 0;
   std::int64_t blocks_resumed = 0;  // found in the store from an earlier run
+  std::int64_t blocks_checked = 0;  // whose sources were compared
+  std::int64_t blocks_changed = 0;  // of them
+  TileCounts tile_counts;           // of this run
   std::uint64_t base_texels = 0;    // of the data at the finest level
   std::uint64_t tiles = 0;
   std::uint64_t constant_tiles = 0;
   std::uint64_t stored_bytes = 0;
   int block_levels = 0;
+  int threads = 0;
   double seconds = 0.0;
+  double commit_seconds = 0.0;  // while checkpoints were written; workers go on beside them
+  StageTimes stages;            // when asked for
 };
 
 // The writer is used by this call alone until it returns, and is left committed: with the layer complete, or with all blocks that were done

@@ -85,6 +85,8 @@ struct Tier {
   [[nodiscard]] TexelRect block(std::int64_t index) const;
   // The tile of the carry level that a block is responsible for.
   [[nodiscard]] TileId carry_tile(std::int64_t index) const;
+  // The block that is responsible for a carry tile.
+  [[nodiscard]] std::int64_t block_of_carry(TileId tile) const;
 };
 
 // A block spans 2^levels tiles along an edge, so one carry tile each.

@@ -11,11 +11,35 @@
 
 namespace vt::source {
 
-Result<std::shared_ptr<const FileBytes>> FileBytes::open(const std::filesystem::path& path) {
-  const auto refusal = [&](const std::string& why) {
-    return fail(ErrorCode::kIo, fmt::format("{}: cannot read it: {}", path.string(), why));
-  };
-  const int descriptor = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
+// Gives the descriptor back.
+class FileBytes::Lease {
+ public:
+  explicit Lease(const FileBytes& file) : file_(file) {}
+  Lease(const Lease&) = delete;
+  Lease& operator=(const Lease&) = delete;
+  ~Lease() { file_.pool_->release(file_.slot_); }
+
+ private:
+  const FileBytes& file_;
+};
+
+tl::unexpected<Error> FileBytes::refusal(const std::string& why) const {
+  return fail(ErrorCode::kIo, fmt::format("{}: cannot read it: {}", path_.string(), why));
+}
+
+tl::unexpected<Error> FileBytes::changed(const Identity& found) const {
+  return fail(ErrorCode::kIo,
+              fmt::format("{}: it has changed since it was opened ({} bytes then, {} now, or replaced); sources must stay as "
+                          "they are while they are read: run the command again",
+                          path_.string(), identity_.size, found.size));
+}
+
+Result<int> FileBytes::open_descriptor(Identity& found) const {
+  int descriptor = ::open(path_.c_str(), O_RDONLY | O_CLOEXEC);
+  if (descriptor < 0 && (errno == EMFILE || errno == ENFILE)) {
+    pool_->close_all_idle();
+    descriptor = ::open(path_.c_str(), O_RDONLY | O_CLOEXEC);
+  }
   if (descriptor < 0) return refusal(std::generic_category().message(errno));
   struct stat status {};
   const int failed = ::fstat(descriptor, &status) == 0 ? 0 : errno;
@@ -24,15 +48,50 @@ Result<std::shared_ptr<const FileBytes>> FileBytes::open(const std::filesystem::
     if (failed != 0) return refusal(std::generic_category().message(failed));
     return refusal(S_ISDIR(status.st_mode) ? "it is a folder" : "it is not a regular file");
   }
-  return std::shared_ptr<const FileBytes>(new FileBytes(path, descriptor, static_cast<std::uint64_t>(status.st_size)));
+  found = {.device = static_cast<std::uint64_t>(status.st_dev),
+           .inode = static_cast<std::uint64_t>(status.st_ino),
+           .size = static_cast<std::uint64_t>(status.st_size),
+           .modified_s = status.st_mtim.tv_sec,
+           .modified_ns = status.st_mtim.tv_nsec};
+  return descriptor;
 }
 
-FileBytes::~FileBytes() { ::close(descriptor_); }
+Result<std::shared_ptr<const FileBytes>> FileBytes::open(const std::filesystem::path& path, std::shared_ptr<FilePool> pool) {
+  if (!pool) pool = std::make_shared<FilePool>();
+  const std::shared_ptr<FileBytes> file(new FileBytes(path, std::move(pool)));
+  VT_ASSIGN(const int descriptor, file->open_descriptor(file->identity_));
+  static_cast<void>(file->pool_->adopt(file->slot_, descriptor));
+  const Lease lease(*file);
+  return file;
+}
+
+FileBytes::~FileBytes() { pool_->forget(slot_); }
+
+Result<int> FileBytes::borrow() const {
+  if (const int open = pool_->acquire(slot_); open >= 0) return open;
+  Identity found;
+  VT_ASSIGN(const int descriptor, open_descriptor(found));
+  if (found != identity_) {
+    ::close(descriptor);
+    return changed(found);
+  }
+  return pool_->adopt(slot_, descriptor);
+}
+
+Result<void> FileBytes::check_unchanged() const {
+  Identity found;
+  VT_ASSIGN(const int descriptor, open_descriptor(found));
+  ::close(descriptor);
+  if (found != identity_) return changed(found);
+  return {};
+}
 
 Result<std::size_t> FileBytes::read_some(std::uint64_t offset, std::span<std::byte> out) const {
+  VT_ASSIGN(const int descriptor, borrow());
+  const Lease lease(*this);
   std::size_t done = 0;
-  while (done < out.size() && offset + done < size_) {
-    const ssize_t got = ::pread(descriptor_, out.data() + done, out.size() - done, static_cast<off_t>(offset + done));
+  while (done < out.size() && offset + done < size()) {
+    const ssize_t got = ::pread(descriptor, out.data() + done, out.size() - done, static_cast<off_t>(offset + done));
     if (got < 0 && errno == EINTR) continue;
     if (got < 0)
       return fail(ErrorCode::kIo,

@@ -1,4 +1,5 @@
-// A file that is open for reading at any offset, by any number of threads: every TIFF handle and direct reader of one source shares it.
+// A file that is read at any offset, by any number of threads. It is known by what it was when it was first opened; its descriptor is lent
+// by a FilePool, which may close it between two reads.
 #pragma once
 
 #include <cstddef>
@@ -7,30 +8,52 @@
 #include <memory>
 #include <span>
 
+#include "builder/source/file_pool.h"
 #include "store/result.h"
 
 namespace vt::source {
 
 class FileBytes {
  public:
-  [[nodiscard]] static Result<std::shared_ptr<const FileBytes>> open(const std::filesystem::path& path);
+  // Without a pool the file makes one of its own.
+  [[nodiscard]] static Result<std::shared_ptr<const FileBytes>> open(const std::filesystem::path& path,
+                                                                     std::shared_ptr<FilePool> pool = nullptr);
   ~FileBytes();
   FileBytes(const FileBytes&) = delete;
   FileBytes& operator=(const FileBytes&) = delete;
 
   [[nodiscard]] const std::filesystem::path& path() const { return path_; }
-  [[nodiscard]] std::uint64_t size() const { return size_; }  // when it was opened
+  [[nodiscard]] std::uint64_t size() const { return identity_.size; }  // when it was opened
+  [[nodiscard]] const std::shared_ptr<FilePool>& pool() const { return pool_; }
 
-  // Reads up to out.size() bytes; less at the end of the file. kIo: the operating system refused.
+  // Reads up to out.size() bytes; less at the end of the file. kIo: the operating system refused, or the file is another one than when it
+  // was opened.
   [[nodiscard]] Result<std::size_t> read_some(std::uint64_t offset, std::span<std::byte> out) const;
+  // kIo when the file under this path is no longer the one that was opened: for readers that open it by its path.
+  [[nodiscard]] Result<void> check_unchanged() const;
 
  private:
-  FileBytes(std::filesystem::path path, int descriptor, std::uint64_t size)
-      : path_(std::move(path)), descriptor_(descriptor), size_(size) {}
+  struct Identity {
+    std::uint64_t device = 0;
+    std::uint64_t inode = 0;
+    std::uint64_t size = 0;
+    std::int64_t modified_s = 0;
+    std::int64_t modified_ns = 0;
+    bool operator==(const Identity&) const = default;
+  };
+  class Lease;
+
+  FileBytes(std::filesystem::path path, std::shared_ptr<FilePool> pool) : path_(std::move(path)), pool_(std::move(pool)) {}
+  // A new descriptor, and what it leads to.
+  [[nodiscard]] Result<int> open_descriptor(Identity& found) const;
+  [[nodiscard]] Result<int> borrow() const;
+  [[nodiscard]] tl::unexpected<Error> refusal(const std::string& why) const;
+  [[nodiscard]] tl::unexpected<Error> changed(const Identity& found) const;
 
   std::filesystem::path path_;
-  int descriptor_;
-  std::uint64_t size_;
+  std::shared_ptr<FilePool> pool_;
+  Identity identity_;
+  mutable FilePool::Slot slot_;
 };
 
 }  // namespace vt::source

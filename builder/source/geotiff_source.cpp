@@ -328,7 +328,9 @@ class GeoTiffSource final : public RasterSource {
 
 // The transparency mask of the full-size image, when there is one among the later directories. Damage behind the first directory is not
 // ours to judge.
-Result<std::unique_ptr<TiffDecoder>> find_mask(TiffHandle& handle, const std::shared_ptr<const FileBytes>& file, const TiffLayout& image) {
+Result<std::unique_ptr<TiffDecoder>> find_mask(const std::shared_ptr<const FileBytes>& file, const TiffLayout& image) {
+  VT_ASSIGN(const auto handle_owner, TiffHandle::open(file));
+  TiffHandle& handle = *handle_owner;
   for (int directory = 1; directory < kMaxDirectories && TIFFReadDirectory(handle.get()) == 1; ++directory) {
     std::uint32_t type = 0;
     TIFFGetField(handle.get(), TIFFTAG_SUBFILETYPE, &type);
@@ -342,7 +344,9 @@ Result<std::unique_ptr<TiffDecoder>> find_mask(TiffHandle& handle, const std::sh
     }
     layout.invert = false;
     layout.fill.reset();
-    return TiffDecoder::create(file, static_cast<std::uint16_t>(directory), std::move(layout), decode_fingerprint(tags));
+    VT_ASSIGN(auto at_mask, TiffHandle::open(file, static_cast<std::uint16_t>(directory)));
+    return TiffDecoder::create(std::move(at_mask), file, static_cast<std::uint16_t>(directory), std::move(layout),
+                               decode_fingerprint(tags));
   }
   return std::unique_ptr<TiffDecoder>();
 }
@@ -376,13 +380,15 @@ Result<std::unique_ptr<RasterSource>> open_geotiff(std::shared_ptr<const FileByt
   }
   VT_CHECK(apply_options(options, info));
 
-  VT_ASSIGN(auto mask, find_mask(*handle, file, layout));
-  handle.reset();
+  std::unique_ptr<TiffDecoder> mask;
+  if (TIFFLastDirectory(handle->get()) == 0) {
+    VT_ASSIGN(mask, find_mask(file, layout));
+  }
   if (mask) {
     info.alpha_band = info.bands;
     ++info.bands;
   }
-  VT_ASSIGN(auto image, TiffDecoder::create(file, 0, std::move(layout), decode_fingerprint(tags)));
+  VT_ASSIGN(auto image, TiffDecoder::create(std::move(handle), file, 0, std::move(layout), decode_fingerprint(tags)));
   return std::make_unique<GeoTiffSource>(std::move(info), std::move(image), std::move(mask), cache_of(options));
 }
 

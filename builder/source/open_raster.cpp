@@ -9,7 +9,7 @@
 namespace vt::source {
 
 Result<std::unique_ptr<RasterSource>> open_raster(const std::filesystem::path& path, const OpenOptions& options) {
-  VT_ASSIGN(auto file, FileBytes::open(path));
+  VT_ASSIGN(auto file, FileBytes::open(path, options.files));
   std::array<std::byte, 4> magic{};
   VT_ASSIGN(const std::size_t got, file->read_some(0, magic));
   const auto starts_with = [&](std::array<int, 4> bytes) {
@@ -20,7 +20,7 @@ Result<std::unique_ptr<RasterSource>> open_raster(const std::filesystem::path& p
       starts_with({'M', 'M', 0, 43})) {
     return open_geotiff(std::move(file), options);
   }
-  return open_picture(path, options);
+  return open_picture(std::move(file), options);
 }
 
 }  // namespace vt::source

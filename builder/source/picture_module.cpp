@@ -2,6 +2,8 @@
 
 #include <dlfcn.h>
 
+#include <filesystem>
+
 #include "builder/source/picture_source.h"
 
 namespace vt::source {
@@ -34,9 +36,9 @@ Result<const void*> picture_library_symbol(const char* name) {
   return symbol;
 }
 
-Result<std::unique_ptr<RasterSource>> open_picture(const std::filesystem::path& path, const OpenOptions& options) {
+Result<std::unique_ptr<RasterSource>> open_picture(std::shared_ptr<const FileBytes> file, const OpenOptions& options) {
   VT_ASSIGN(const void* const module, picture_library_symbol(kPictureModuleSymbol));
-  return static_cast<const PictureModule*>(module)->open_picture(path, options);
+  return static_cast<const PictureModule*>(module)->open_picture(std::move(file), options);
 }
 
 }  // namespace vt::source

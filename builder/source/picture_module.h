@@ -3,16 +3,16 @@
 // plain C++ types cross.
 #pragma once
 
-#include <filesystem>
 #include <memory>
 
+#include "builder/source/file_bytes.h"
 #include "builder/source/raster_source.h"
 
 namespace vt::source {
 
 // What the library exports, under the name kPictureModuleSymbol.
 struct PictureModule {
-  Result<std::unique_ptr<RasterSource>> (*open_picture)(const std::filesystem::path& path, const OpenOptions& options);
+  Result<std::unique_ptr<RasterSource>> (*open_picture)(std::shared_ptr<const FileBytes> file, const OpenOptions& options);
 };
 inline constexpr char kPictureModuleSymbol[] = "vt_picture_module";
 

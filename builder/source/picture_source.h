@@ -2,13 +2,13 @@
 // Made in a shared library of its own, see picture_module.h.
 #pragma once
 
-#include <filesystem>
 #include <memory>
 
+#include "builder/source/file_bytes.h"
 #include "builder/source/raster_source.h"
 
 namespace vt::source {
 
-[[nodiscard]] Result<std::unique_ptr<RasterSource>> open_picture(const std::filesystem::path& path, const OpenOptions& options);
+[[nodiscard]] Result<std::unique_ptr<RasterSource>> open_picture(std::shared_ptr<const FileBytes> file, const OpenOptions& options);
 
 }  // namespace vt::source

@@ -22,6 +22,7 @@ namespace vt::source {
 
 using vt::SampleType;
 class BlockCache;  // block_cache.h
+class FilePool;    // file_pool.h
 
 struct RasterInfo {
   std::filesystem::path path;
@@ -93,10 +94,13 @@ struct OpenOptions {
   // Decoded blocks kept, by all sources that are given the same cache. Without one the source makes its own of `cache_bytes`.
   std::shared_ptr<BlockCache> cache;
   std::size_t cache_bytes = std::size_t{32} << 20;
+  // Open descriptors and decoders, of all sources that are given the same pool. Without one the source makes its own, and then keeps a
+  // descriptor: give one where there may be many sources.
+  std::shared_ptr<FilePool> files;
 };
 
-// Chooses by content, not by suffix. kIo missing or unreadable, kInvalidData damaged, kUnsupported a valid file of a kind we do not read
-// (says which tag and value).
+// Any number of threads at once. Chooses by content, not by suffix. kIo missing or unreadable, kInvalidData damaged, kUnsupported a valid
+// file of a kind we do not read (says which tag and value).
 [[nodiscard]] Result<std::unique_ptr<RasterSource>> open_raster(const std::filesystem::path& path, const OpenOptions& options = {});
 
 }  // namespace vt::source

@@ -85,7 +85,8 @@ TiffDecoder::TiffDecoder(std::shared_ptr<const FileBytes> file, std::uint16_t di
       fingerprint_(fingerprint),
       handles_(std::move(file), directory) {}
 
-Result<std::unique_ptr<TiffDecoder>> TiffDecoder::create(std::shared_ptr<const FileBytes> file, std::uint16_t directory, TiffLayout layout,
+Result<std::unique_ptr<TiffDecoder>> TiffDecoder::create(std::unique_ptr<TiffHandle> handle, std::shared_ptr<const FileBytes> file,
+                                                         std::uint16_t directory, TiffLayout layout,
                                                          const store::ContentHash& fingerprint) {
   std::unique_ptr<TiffDecoder> decoder(new TiffDecoder(std::move(file), directory, std::move(layout), fingerprint));
   TiffDecoder& d = *decoder;
@@ -113,13 +114,13 @@ Result<std::unique_ptr<TiffDecoder>> TiffDecoder::create(std::shared_ptr<const F
   }
   if (!rgba) {
     // libtiff must agree on the size of a row, or its writes would not fit our buffers.
-    VT_ASSIGN(auto handle, d.handles_.borrow());
     const std::uint64_t libtiff_row = l.tiled ? TIFFTileRowSize64(handle->get()) : TIFFScanlineSize64(handle->get());
     if (libtiff_row != static_cast<std::uint64_t>(d.stored_row_bytes_)) {
       return fail(ErrorCode::kUnsupported, fmt::format("{}: rows of {} bytes by the tags, {} by the decoder (subsampled data?)", d.name_,
                                                        d.stored_row_bytes_, libtiff_row));
     }
   }
+  d.handles_.give(std::move(handle));
   return decoder;
 }
 
@@ -154,6 +155,7 @@ Result<TiffDecoder::BlockPlace> TiffDecoder::block_place(TiffHandle& handle, std
   place.offset = TIFFGetStrileOffsetWithErr(handle.get(), index, &offset_missing);
   place.bytes = TIFFGetStrileByteCountWithErr(handle.get(), index, &bytes_missing);
   const std::int64_t row = block_y * layout_.block_height;
+  if (handle.io_error()) return tl::unexpected(*handle.io_error());
   if (offset_missing != 0 || bytes_missing != 0) {
     return damaged(block_x, row, fmt::format("the file's tables do not tell where block {} is ({})", index, handle.error()));
   }
@@ -328,6 +330,7 @@ Result<Block> TiffDecoder::stored_cell(std::int64_t cell_x, std::int64_t cell_y,
   Result<void> decoded = layout_.recipe == SampleRecipe::kLibtiffRgba ? decode_rgba(*handle, cell_x, block_y, stored)
                          : by_scanline                                ? decode_scanlines(*handle, first, rows, plane, stored)
                                                                       : decode_whole(*handle, block_index(cell_x, block_y, plane), stored);
+  if (!decoded && handle->io_error()) return tl::unexpected(*handle->io_error());
   if (!decoded) return damaged(cell_x, first, decoded.error().message);
   // libtiff brings 24-bit samples into native order; unpacking wants them as they are in the file.
   if (layout_.recipe == SampleRecipe::kPackedBits && layout_.bits == 24 && layout_.byte_swapped) swap_samples(24, stored);

@@ -17,8 +17,10 @@ namespace vt::source {
 
 class TiffDecoder {
  public:
-  // `fingerprint`: of the directory's tags that decoding depends on, see decode_fingerprint().
-  [[nodiscard]] static Result<std::unique_ptr<TiffDecoder>> create(std::shared_ptr<const FileBytes> file, std::uint16_t directory,
+  // `fingerprint`: of the directory's tags that decoding depends on, see decode_fingerprint(). `handle` stands at the directory and is kept
+  // for the first reader.
+  [[nodiscard]] static Result<std::unique_ptr<TiffDecoder>> create(std::unique_ptr<TiffHandle> handle,
+                                                                   std::shared_ptr<const FileBytes> file, std::uint16_t directory,
                                                                    TiffLayout layout, const store::ContentHash& fingerprint);
 
   [[nodiscard]] const TiffLayout& layout() const { return layout_; }

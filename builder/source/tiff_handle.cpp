@@ -37,7 +37,10 @@ tmsize_t TiffHandle::on_read(thandle_t self, void* out, tmsize_t bytes) {
   auto& handle = *static_cast<TiffHandle*>(self);
   if (bytes <= 0) return 0;
   const auto got = handle.file_->read_some(handle.position_, {static_cast<std::byte*>(out), static_cast<std::size_t>(bytes)});
-  if (!got) return -1;
+  if (!got) {
+    handle.io_error_ = got.error();
+    return -1;
+  }
   handle.position_ += *got;
   return static_cast<tmsize_t>(*got);
 }
@@ -76,11 +79,13 @@ Result<std::unique_ptr<TiffHandle>> TiffHandle::open(std::shared_ptr<const FileB
       name.c_str(), "rmDOc", handle.get(), &TiffHandle::on_read, [](thandle_t, void*, tmsize_t) -> tmsize_t { return 0; },
       &TiffHandle::on_seek, [](thandle_t) { return 0; }, &TiffHandle::on_size, [](thandle_t, void**, toff_t*) { return 0; },
       [](thandle_t, void*, toff_t) {}, options.get());
+  if (handle->io_error_) return tl::unexpected(*handle->io_error_);
   if (handle->tiff_ == nullptr) {
     return fail(ErrorCode::kInvalidData,
                 fmt::format("{}: damaged TIFF: {}", name, handle->error_.empty() ? "no directory" : handle->error_));
   }
   if (directory != 0 && TIFFSetDirectory(handle->tiff_, directory) == 0) {
+    if (handle->io_error_) return tl::unexpected(*handle->io_error_);
     return fail(ErrorCode::kInvalidData, fmt::format("{}: damaged TIFF directory {}: {}", name, directory, handle->error_));
   }
   // Chroma is brought back to RGB by the JPEG decoder itself.
@@ -97,37 +102,20 @@ TiffHandle::~TiffHandle() {
 
 void TiffHandle::clear_messages() {
   error_.clear();
+  io_error_.reset();
   saw_damage_ = false;
 }
 
-TiffHandlePool::Lease::~Lease() {
-  if (!handle_) return;
-  const std::scoped_lock lock(pool_->mutex_);
-  pool_->idle_.push_back(std::move(handle_));
-}
-
 Result<TiffHandlePool::Lease> TiffHandlePool::borrow(std::int64_t near_scanline, int plane) {
-  {
-    const std::scoped_lock lock(mutex_);
-    if (!idle_.empty()) {
-      std::size_t best = idle_.size() - 1;
-      if (near_scanline >= 0) {
-        std::int64_t best_row = -2;
-        for (std::size_t i = 0; i < idle_.size(); ++i) {
-          const bool usable = idle_[i]->scanline_plane == plane && idle_[i]->next_scanline <= near_scanline;
-          const std::int64_t row = usable ? idle_[i]->next_scanline : -1;
-          if (row > best_row) {
-            best_row = row;
-            best = i;
-          }
-        }
-      }
-      std::unique_ptr<TiffHandle> handle = std::move(idle_[best]);
-      idle_.erase(idle_.begin() + static_cast<std::ptrdiff_t>(best));
-      return Lease(*this, std::move(handle));
-    }
+  const auto closeness = [&](const IdleReader& idle) {
+    const auto& handle = static_cast<const TiffHandle&>(idle);  // nobody else gives in our name
+    const bool usable = near_scanline >= 0 && handle.scanline_plane == plane && handle.next_scanline <= near_scanline;
+    return usable ? static_cast<double>(handle.next_scanline) : -1.0;
+  };
+  std::unique_ptr<TiffHandle> handle(static_cast<TiffHandle*>(file_->pool()->readers().take(this, closeness).release()));
+  if (!handle) {
+    VT_ASSIGN(handle, TiffHandle::open(file_, directory_));
   }
-  VT_ASSIGN(auto handle, TiffHandle::open(file_, directory_));
   return Lease(*this, std::move(handle));
 }
 

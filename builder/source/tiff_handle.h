@@ -6,22 +6,19 @@
 
 #include <cstdint>
 #include <memory>
-#include <mutex>
+#include <optional>
 #include <string>
-#include <vector>
 
 #include "builder/source/file_bytes.h"
 #include "store/result.h"
 
 namespace vt::source {
 
-class TiffHandle {
+class TiffHandle final : public IdleReader {
  public:
   // Opens the file and makes `directory` current (0 is the first).
   [[nodiscard]] static Result<std::unique_ptr<TiffHandle>> open(std::shared_ptr<const FileBytes> file, std::uint16_t directory = 0);
-  ~TiffHandle();
-  TiffHandle(const TiffHandle&) = delete;
-  TiffHandle& operator=(const TiffHandle&) = delete;
+  ~TiffHandle() override;
 
   [[nodiscard]] TIFF* get() const { return tiff_; }
 
@@ -30,6 +27,8 @@ class TiffHandle {
   [[nodiscard]] const std::string& error() const { return error_; }
   [[nodiscard]] bool saw_damage() const { return saw_damage_; }
   void clear_messages();
+  // Why the operating system did not give the file's bytes, when that is the cause of a failure.
+  [[nodiscard]] const std::optional<Error>& io_error() const { return io_error_; }
   // A table of block offsets or sizes had fewer entries than there are blocks; libtiff made up zeros. Never cleared.
   [[nodiscard]] bool saw_short_tables() const { return saw_short_tables_; }
 
@@ -49,21 +48,27 @@ class TiffHandle {
   std::uint64_t position_ = 0;
   TIFF* tiff_ = nullptr;
   std::string error_;
+  std::optional<Error> io_error_;
   bool saw_damage_ = false;
   bool saw_short_tables_ = false;
 };
 
-// As many handles as there are threads reading at the same moment, kept for the next ones.
+// The handles of one directory of one file. Idle ones wait in the file's ReaderPool, which may close them.
 class TiffHandlePool {
  public:
   TiffHandlePool(std::shared_ptr<const FileBytes> file, std::uint16_t directory) : file_(std::move(file)), directory_(directory) {}
+  TiffHandlePool(const TiffHandlePool&) = delete;
+  TiffHandlePool& operator=(const TiffHandlePool&) = delete;
+  ~TiffHandlePool() { file_->pool()->readers().forget(this); }
 
   class Lease {
    public:
     Lease(TiffHandlePool& pool, std::unique_ptr<TiffHandle> handle) : pool_(&pool), handle_(std::move(handle)) {}
     Lease(Lease&&) noexcept = default;
     Lease& operator=(Lease&&) = delete;
-    ~Lease();
+    ~Lease() {
+      if (handle_) pool_->give(std::move(handle_));
+    }
     TiffHandle* operator->() const { return handle_.get(); }
     TiffHandle& operator*() const { return *handle_; }
 
@@ -73,12 +78,12 @@ class TiffHandlePool {
   };
   // `near_scanline`: prefer the handle that stands closest before this row of `plane`, see next_scanline.
   [[nodiscard]] Result<Lease> borrow(std::int64_t near_scanline = -1, int plane = 0);
+  // A handle of this file that stands at this directory.
+  void give(std::unique_ptr<TiffHandle> handle) { file_->pool()->readers().give(this, std::move(handle)); }
 
  private:
   std::shared_ptr<const FileBytes> file_;
   std::uint16_t directory_;
-  std::mutex mutex_;
-  std::vector<std::unique_ptr<TiffHandle>> idle_;
 };
 
 // Largest single allocation that libtiff may make on behalf of a file: compressed bytes of one block, and tables.

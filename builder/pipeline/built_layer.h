@@ -1,0 +1,31 @@
+// A layer under construction as the store keeps it: the texture, the carry between tiers, the marks of finished blocks, and the metadata
+// that let a later run go on.
+#pragma once
+
+#include "builder/pipeline/block_job.h"
+#include "builder/pipeline/layer_plan.h"
+#include "store/store_writer.h"
+
+namespace vt::pipeline {
+
+struct BuiltLayer {
+  LayerIds ids;
+  int block_levels = 0;
+  bool was_there = false;
+  bool is_complete = false;
+  bool sources_differ = false;  // the layer was built from another list of sources, or from files that have changed since
+  // Stale marks may lie where no source reaches any more.
+  bool is_updating = false;
+};
+
+// Finds the layer of `plan`, or adds it and commits. kExists: a layer of that name has other settings; other sources are an error too
+// unless `may_differ_in_sources`. kInvalidData: the layer cannot go on, because its working state is not in the store.
+[[nodiscard]] Result<BuiltLayer> open_built_layer(store::StoreWriter& writer, const LayerPlan& plan, int block_levels,
+                                                  bool may_differ_in_sources);
+
+// The layer is unfinished from here on, and its sources are those of `plan`. Does not commit.
+[[nodiscard]] Result<void> begin_update(store::StoreWriter& writer, const LayerPlan& plan, BuiltLayer& layer);
+// All blocks are done. Commits.
+[[nodiscard]] Result<void> complete(store::StoreWriter& writer, const LayerPlan& plan, const BuiltLayer& layer);
+
+}  // namespace vt::pipeline

@@ -1,0 +1,126 @@
+#include "store/new_store.h"
+
+#include <algorithm>
+#include <cassert>
+#include <utility>
+
+#include "store/uuid.h"
+
+namespace vt::store {
+namespace {
+
+// Small tiles go to the file many at a time.
+constexpr std::size_t kBufferBytes = std::size_t{4} << 20;
+
+}  // namespace
+
+Result<std::unique_ptr<NewStore>> NewStore::begin(const std::filesystem::path& path, WriterOptions options) {
+  std::unique_ptr<NewStore> store(new NewStore);
+  store->path_ = path;
+  store->options_ = std::move(options);
+  std::filesystem::path beside = path;
+  beside += ".new-" + std::to_string(get<std::uint32_t>(random_uuid(), 0));
+  VT_ASSIGN(store->file_, File::open(beside, File::Mode::kCreate));
+  store->beside_ = beside;
+  store->file_.set_hook(&store->options_.before_operation);
+  store->buffer_.resize(kBufferBytes);
+  return store;
+}
+
+NewStore::~NewStore() {
+  std::error_code ignored;
+  if (!beside_.empty()) std::filesystem::remove(beside_, ignored);
+}
+
+Result<std::uint64_t> NewStore::reserve(std::uint64_t bytes) {
+  assert(bytes % kRecordAlignment == 0);
+  if (bytes > kMaxFileBytes - end_) return fail(ErrorCode::kIo, path_.string() + ": would pass 256 TiB, the limit of its format");
+  VT_CHECK(flush());
+  const std::uint64_t offset = std::exchange(end_, end_ + bytes);
+  buffer_at_ = end_;
+  return offset;
+}
+
+Result<Reference> NewStore::write_page(std::uint64_t offset, std::uint64_t key, std::span<const std::byte> payload) {
+  const auto bytes = static_cast<std::uint32_t>(payload.size());
+  RecordHeader header{.type = RecordType::kPage, .raw_bytes = bytes, .stored_bytes = bytes, .key = key};
+  const auto sealed = seal_record(header, payload);
+  VT_CHECK(file_.write_at(offset, sealed, payload, kRecordAlignment));
+  return Reference{.offset = offset, .stored_bytes = bytes, .check = static_cast<std::uint32_t>(header.hash), .kind = ReferenceKind::kPage};
+}
+
+Result<Reference> NewStore::append(RecordType type, std::uint64_t key, std::span<const std::byte> payload) {
+  const auto bytes = static_cast<std::uint32_t>(payload.size());
+  RecordHeader header{.type = type, .raw_bytes = bytes, .stored_bytes = bytes, .key = key};
+  const auto sealed = seal_record(header, payload);
+  VT_ASSIGN(const std::span<std::byte> record, next_record(sealed.size() + payload.size()));
+  std::copy(payload.begin(), payload.end(), std::copy(sealed.begin(), sealed.end(), record.begin()));
+  return Reference{.offset = keep_record(record.size()),
+                   .stored_bytes = bytes,
+                   .check = static_cast<std::uint32_t>(header.hash),
+                   .kind = static_cast<ReferenceKind>(type)};
+}
+
+Result<std::span<std::byte>> NewStore::next_record(std::uint64_t bytes) {
+  const std::uint64_t room = aligned(bytes);
+  if (room > kMaxFileBytes - end_) return fail(ErrorCode::kIo, path_.string() + ": would pass 256 TiB, the limit of its format");
+  if (room > buffer_.size() - buffered_) VT_CHECK(flush());
+  if (room > buffer_.size()) buffer_.resize(room);
+  return std::span(buffer_).subspan(buffered_, bytes);
+}
+
+std::uint64_t NewStore::keep_record(std::uint64_t bytes) {
+  const std::uint64_t room = aligned(bytes);
+  const auto padding = std::span(buffer_).subspan(buffered_ + bytes, room - bytes);
+  std::fill(padding.begin(), padding.end(), std::byte{0});
+  buffered_ += room;
+  return std::exchange(end_, end_ + room);
+}
+
+Result<void> NewStore::flush() {
+  if (buffered_ > 0) {
+    VT_CHECK(file_.write_at(buffer_at_, std::span(buffer_).first(buffered_)));
+    // Otherwise the sync at the end would wait for the whole store.
+    if (options_.sync) file_.start_writeback(buffer_at_, buffered_);
+  }
+  buffer_at_ += std::exchange(buffered_, 0);
+  return {};
+}
+
+Result<std::uint64_t> NewStore::catalog_room(const Catalog& catalog) {
+  VT_ASSIGN(const std::vector<std::byte> payload, encode_catalog(catalog));
+  return aligned(kRecordHeaderBytes + payload.size());
+}
+
+Result<void> NewStore::publish(const Catalog& catalog, const Seal& seal) {
+  VT_CHECK(flush());
+  VT_ASSIGN(const std::vector<std::byte> payload, encode_catalog(catalog));
+  const auto bytes = static_cast<std::uint32_t>(payload.size());
+  RecordHeader header{.type = RecordType::kCatalog, .raw_bytes = bytes, .stored_bytes = bytes};
+  const auto sealed = seal_record(header, payload);
+  VT_CHECK(file_.write_at(seal.catalog_at, sealed, payload, kRecordAlignment));
+
+  Superblock superblock{.uuid = seal.uuid,
+                        .file_end = end_,
+                        .catalog = {.offset = seal.catalog_at,
+                                    .stored_bytes = bytes,
+                                    .check = static_cast<std::uint32_t>(header.hash),
+                                    .kind = ReferenceKind::kCatalog},
+                        .cold_start = seal.cold_start};
+  // Both slots from the start, as in a store that was created empty: readers have no special case.
+  for (superblock.generation = seal.generation; superblock.generation <= seal.generation + 1; ++superblock.generation)
+    VT_CHECK(file_.write_at(superblock_offset(superblock.generation), encode_superblock(superblock)));
+  if (options_.sync) VT_CHECK(file_.sync());
+  if (seal.replaces) {
+    // Who could read the old file can read the new one.
+    std::error_code problem;
+    const auto permissions = std::filesystem::status(path_, problem).permissions();
+    if (!problem) std::filesystem::permissions(beside_, permissions, problem);
+    if (problem) return fail(ErrorCode::kIo, path_.string() + ": its permissions cannot be kept: " + problem.message());
+  }
+  VT_CHECK(seal.replaces ? replace_file(beside_, path_, options_.sync) : rename_into_place(beside_, path_, options_.sync));
+  beside_.clear();
+  return file_.close();
+}
+
+}  // namespace vt::store
