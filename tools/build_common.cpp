@@ -4,17 +4,13 @@
 
 #include <algorithm>
 #include <charconv>
-#include <thread>
 
 #include "builder/pipeline/dataset_store.h"
+#include "builder/pipeline/parallel.h"
+#include "builder/pipeline/plan_cost.h"
 #include "tools/build_report.h"
 
 namespace vt::tools {
-namespace {
-
-int thread_count(int requested) { return requested > 0 ? requested : std::max(1, static_cast<int>(std::thread::hardware_concurrency())); }
-
-}  // namespace
 
 void BuildFlags::add_to(CLI::App& command) {
   command.add_option("--threads", threads, "worker threads (default: one per processor)")->check(CLI::Range(1, 1024));
@@ -59,8 +55,8 @@ Result<cli::ProgressMode> BuildFlags::progress_mode() const {
   return *mode;
 }
 
-std::size_t source_cache_bytes(std::size_t memory_bytes) {
-  return std::clamp<std::size_t>(memory_bytes / 8, 4 << 20, std::size_t{128} << 20);
+pipeline::PlanOptions BuildFlags::plan_options(std::size_t memory_bytes) const {
+  return {.source_cache_bytes = std::clamp<std::size_t>(memory_bytes / 8, 4 << 20, std::size_t{128} << 20), .threads = threads};
 }
 
 void print_plan(const pipeline::LayerPlan& plan, int threads, std::size_t memory_bytes, int block_levels) {
@@ -120,7 +116,7 @@ Result<int> build_layers(const std::filesystem::path& path, std::vector<pipeline
                          const BuildFlags& flags) {
   VT_ASSIGN(const std::size_t memory, flags.memory_bytes());
   VT_ASSIGN(const cli::ProgressMode mode, flags.progress_mode());
-  const int threads = thread_count(flags.threads);
+  const int threads = pipeline::thread_count(flags.threads);
   for (const pipeline::LayerPlan& plan : plans)
     for (const std::string& warning : plan.warnings) cli::print_note("vtbuild", warning);
 
