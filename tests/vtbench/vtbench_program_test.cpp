@@ -1,6 +1,9 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
 #include <nlohmann/json.hpp>
+#include <set>
 
 #include "builder/source/geotiff_writer.h"
 #include "tests/support/temp_folder.h"
@@ -33,6 +36,18 @@ class Vtbench : public ::testing::Test {
     std::vector<std::byte> rgb;
     for (std::int64_t i = 0; i < size * size * 3; ++i) rgb.push_back(static_cast<std::byte>(i * i >> 7));
     ASSERT_TRUE(writer->write_rows(rgb, size).has_value());
+    ASSERT_TRUE(writer->finish().has_value());
+  }
+
+  void write_heights(const std::string& name, std::int64_t size) const {
+    source::GeoTiffSpec spec;
+    spec.width = spec.height = size;
+    spec.sample_type = SampleType::kFloat32;
+    auto writer = source::GeoTiffWriter::create(folder_ / name, spec);
+    ASSERT_TRUE(writer.has_value()) << writer.error().message;
+    std::vector<float> heights;
+    for (std::int64_t i = 0; i < size * size; ++i) heights.push_back(static_cast<float>(i % 977) * 0.25F);
+    ASSERT_TRUE(writer->write_rows(std::as_bytes(std::span(heights)), size).has_value());
     ASSERT_TRUE(writer->finish().has_value());
   }
 
@@ -82,8 +97,8 @@ TEST_F(Vtbench, LookupTimesTheIndexAndTheCodecs) {
 
 TEST_F(Vtbench, BuildMeasuresOursAndItsParts) {
   write_picture("in.tif", 300);
-  ASSERT_EQ(run({"build", file("in.tif"), "--runs", "1", "--peers", "none", "--csv", file("b.csv"), "--svg", file("b.svg"), "--scratch",
-                 file("scratch")}),
+  ASSERT_EQ(run({"build", file("in.tif"), "--runs", "1", "--peers", "none", "--csv", file("b.csv"), "--svg", file("b.svg"), "--markdown",
+                 file("b.md"), "--scratch", file("scratch")}),
             0)
       << text("err");
   std::map<std::string, int> kinds;
@@ -95,15 +110,102 @@ TEST_F(Vtbench, BuildMeasuresOursAndItsParts) {
       EXPECT_GT(number(row, "peak_rss_bytes"), 1e6);
       EXPECT_GT(number(row, "output_bytes"), 300 * 300 * 0.5);
       EXPECT_EQ(row.at("command").substr(0, 16), "vtbuild layer IN");
+      EXPECT_GE(number(row, "sync_s"), 0.0);
     }
     if (row.at("kind") == "parts") {
-      EXPECT_GT(number(row, "build_over_parts"), 1.0);
+      EXPECT_GT(number(row, "build_over_parts"), 0.0);
     }
   }
   EXPECT_EQ(kinds["ours"], 4);
   EXPECT_EQ(kinds["parts"], 4);
-  EXPECT_EQ(kinds["part"], 3 + 3 + 5 + 4);
+  EXPECT_EQ(kinds["part"], 5 + 5 + 7 + 6);  // reading, filter, writing, sync, hashing; encoder; compression
+  EXPECT_NE(text("b.md").find("| box filter, rgb8, uncompressed | vtbuild |"), std::string::npos);
   EXPECT_EQ(xml_complaint(text("b.svg")), "");
+  EXPECT_TRUE(left_nothing());
+}
+
+// The sum of the parts is what its rows say: each over the threads, but the disk's own time.
+TEST_F(Vtbench, PartsOfHeightsAddUp) {
+  write_heights("dem.tif", 300);
+  ASSERT_EQ(run({"build", file("dem.tif"), "--runs", "1", "--threads", "2", "--peers", "none", "--csv", file("b.csv"), "--scratch",
+                 file("scratch")}),
+            0)
+      << text("err");
+  std::map<std::string, double> sum;
+  std::set<std::string> jobs;
+  for (const auto& row : parse_csv(text("b.csv"))) {
+    jobs.insert(row.at("job"));
+    const bool is_hashing = row.at("name").find("hashing") != std::string::npos;
+    const bool is_sync = row.at("name").find("sync to the disk") != std::string::npos;
+    if (row.at("kind") == "part" && !is_hashing) sum[row.at("job")] += number(row, "median_s") / (is_sync ? 1.0 : 2.0);
+    if (row.at("kind") == "parts") {
+      EXPECT_NEAR(number(row, "median_s"), sum[row.at("job")], 1e-4 * sum[row.at("job")]);  // six digits in the file
+    }
+  }
+  EXPECT_EQ(jobs, (std::set<std::string>{"elevation, box filter, r32f, uncompressed", "elevation, box filter, r32f, zstd:1"}));
+  EXPECT_TRUE(left_nothing());
+}
+
+TEST_F(Vtbench, SourcesBuildsEveryKindOfFile) {
+  write_picture("in.tif", 300);
+  ASSERT_EQ(run({"sources", file("in.tif"), "--size", "272", "--runs", "1", "--csv", file("s.csv"), "--svg", file("s.svg"), "--scratch",
+                 file("scratch")}),
+            0)
+      << text("err");
+  const bool has_gdal = find_program("gdal_translate").has_value();
+  std::set<std::string> kinds;
+  std::set<std::string> sizes;
+  for (const auto& row : parse_csv(text("s.csv"))) {
+    kinds.insert(row.at("file"));
+    EXPECT_EQ(row.at("width"), "272");
+    EXPECT_GT(number(row, "mpx_per_s"), 0.0);
+    EXPECT_EQ(row.at("decode_s").empty(), !has_gdal);
+    EXPECT_EQ(row.at("build_over_decode").empty(), !has_gdal);
+    // The same samples give the same tiles; a lossy file has others.
+    if (row.at("file") != "tiled, JPEG") sizes.insert(row.at("output_mib"));
+  }
+  EXPECT_EQ(kinds.size(), has_gdal ? 8U : 7U);
+  EXPECT_EQ(sizes.size(), 1U);
+  EXPECT_EQ(xml_complaint(text("s.svg")), "");
+  EXPECT_TRUE(left_nothing());
+}
+
+TEST_F(Vtbench, SizesReportsFlatnessAndLeavesOutWhatDoesNotFit) {
+  write_picture("in.tif", 1024);
+  // 65536 gigapixels need 47 TB.
+  ASSERT_EQ(run({"sizes", file("in.tif"), "--gigapixels", "0.0005,0.001,65536", "--csv", file("s.csv"), "--svg", file("s.svg"), "--scratch",
+                 file("scratch")}),
+            0)
+      << text("err");
+  const auto rows = parse_csv(text("s.csv"));
+  ASSERT_EQ(rows.size(), 4U);
+  const double slow = std::min(number(rows[0], "mpx_per_s"), number(rows[1], "mpx_per_s"));
+  const double fast = std::max(number(rows[0], "mpx_per_s"), number(rows[1], "mpx_per_s"));
+  EXPECT_EQ(rows[0].at("edge"), "768");
+  EXPECT_EQ(rows[1].at("edge"), "1024");
+  EXPECT_EQ(rows[2].at("mpx_per_s"), "");
+  EXPECT_NE(rows[2].at("note").find("left out"), std::string::npos);
+  EXPECT_NE(text("err").find("left out"), std::string::npos);
+  EXPECT_EQ(rows[3].at("kind"), "flatness");
+  EXPECT_NEAR(number(rows[3], "rate_max_over_min"), fast / slow, 1e-4);
+  EXPECT_EQ(number(rows[3], "peak_rss_bytes"), std::max(number(rows[0], "peak_rss_bytes"), number(rows[1], "peak_rss_bytes")));
+  EXPECT_NE(text("out").find("16 stored tiles"), std::string::npos);
+  EXPECT_EQ(xml_complaint(text("s.svg")), "");
+  EXPECT_TRUE(left_nothing());
+}
+
+TEST_F(Vtbench, MosaicHasTheSameTexelsAsTheOneFile) {
+  write_picture("in.tif", 1024);
+  ASSERT_EQ(run({"mosaic", file("in.tif"), "--files", "7", "--csv", file("m.csv"), "--svg", file("m.svg"), "--scratch", file("scratch")}),
+            0)
+      << text("err");
+  const auto rows = parse_csv(text("m.csv"));
+  ASSERT_EQ(rows.size(), 2U);
+  EXPECT_EQ(rows[0].at("files"), "1");
+  EXPECT_EQ(rows[1].at("files"), "6");  // the largest rectangle of at most seven that is nearly square
+  EXPECT_EQ(rows[0].at("gigapixels"), rows[1].at("gigapixels"));
+  EXPECT_NEAR(number(rows[1], "time_over_one_file"), number(rows[1], "median_s") / number(rows[0], "median_s"), 1e-3);
+  EXPECT_EQ(xml_complaint(text("m.svg")), "");
   EXPECT_TRUE(left_nothing());
 }
 
@@ -123,8 +225,14 @@ TEST_F(Vtbench, WrongUsageAndMissingFilesHaveTheirExitCodes) {
   EXPECT_EQ(run({"accuracy", "--compressions", "zip"}), 1);
   EXPECT_EQ(run({"build", file("missing.tif")}), 2);
   EXPECT_NE(text("err").find("missing.tif"), std::string::npos);
+  write_heights("dem.tif", 64);
+  for (const char* command : {"sources", "sizes", "mosaic"}) {
+    EXPECT_EQ(run({command, file("missing.tif")}), 2) << command;
+    EXPECT_EQ(run({command, file("dem.tif")}), 1) << command;
+    EXPECT_NE(text("err").find("dem.tif"), std::string::npos) << command;
+  }
   EXPECT_EQ(run({"frame", file("missing.vts"), "--path", "vulkan"}), 1);
-  for (const char* command : {"build", "accuracy", "lookup", "frame"}) {
+  for (const char* command : {"build", "sources", "sizes", "mosaic", "accuracy", "lookup", "frame"}) {
     EXPECT_EQ(run({command, "--help"}), 0);
     EXPECT_NE(text("out").find("Examples:"), std::string::npos);
   }
