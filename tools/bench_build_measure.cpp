@@ -43,6 +43,15 @@ Result<void> sync_file_system(const std::filesystem::path& folder) {
   return {};
 }
 
+Result<ChildRun> run_checked(const ChildCommand& command) {
+  VT_ASSIGN(const ChildRun child, run_child(command));
+  VT_CHECK(check_interrupt());
+  if (child.exit_code != 0)
+    return fail(ErrorCode::kIo, fmt::format("exit code {} from: {}\n{}", child.exit_code, shell_text(command.arguments),
+                                            read_text_file(command.errors).value_or("")));
+  return child;
+}
+
 Result<void> run_and_keep(const Contender& contender, Measured& measured) {
   std::error_code problem;
   std::filesystem::remove(contender.result, problem);
@@ -53,13 +62,7 @@ Result<void> run_and_keep(const Contender& contender, Measured& measured) {
     VT_CHECK(sync_file(contender.result));
     bytes_before = std::filesystem::file_size(contender.result);
   }
-  VT_ASSIGN(const ChildRun child, run_child(contender.command));
-  VT_CHECK(check_interrupt());
-  if (child.exit_code != 0) {
-    const auto messages = read_text_file(contender.command.errors);
-    return fail(ErrorCode::kIo,
-                fmt::format("exit code {} from: {}\n{}", child.exit_code, shell_text(contender.command.arguments), messages.value_or("")));
-  }
+  VT_ASSIGN(const ChildRun child, run_checked(contender.command));
   Result<void> synced;
   measured.sync_seconds.push_back(seconds_of([&] { synced = sync_file(contender.result); }));
   VT_CHECK(synced);

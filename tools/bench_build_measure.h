@@ -23,6 +23,9 @@ struct Measured {
   [[nodiscard]] double sync_median() const { return spread_of(sync_seconds).median; }
 };
 
+// Runs to the end. Anything but exit code 0 is an error with the program's messages, and Ctrl-C is kCancelled.
+[[nodiscard]] Result<ChildRun> run_checked(const ChildCommand& command);
+
 // Removes an older result, makes the copy to start from, runs, syncs the result, which then lies at `contender.result`. A program that
 // fails is an error with its messages.
 [[nodiscard]] Result<void> run_and_keep(const Contender& contender, Measured& measured);

@@ -81,27 +81,18 @@ Result<void> write_tiff(const std::filesystem::path& path, const FileKind& kind,
   return writer.finish();
 }
 
-Contender gdal_translate(const std::filesystem::path& program, const Setting& setting) {
-  Contender contender;
-  contender.name = "gdal_translate";
-  contender.command.arguments = {program.string(), "-q"};
-  contender.command.output = contender.command.errors = setting.scratch / "messages.txt";
-  return contender;
-}
-
-Result<void> run_helper(const ChildCommand& command) {
-  VT_ASSIGN(const ChildRun child, run_child(command));
-  if (child.exit_code == 0) return {};
-  return fail(ErrorCode::kIo, fmt::format("exit code {} from: {}\n{}", child.exit_code, shell_text(command.arguments),
-                                          read_text_file(command.errors).value_or("")));
+ChildCommand gdal_translate(const std::filesystem::path& program, const Setting& setting, const std::vector<std::string>& arguments) {
+  const auto messages = setting.scratch / "messages.txt";
+  ChildCommand command{{program.string(), "-q"}, {}, messages, messages};
+  command.arguments.insert(command.arguments.end(), arguments.begin(), arguments.end());
+  return command;
 }
 
 // Decodes every sample once, into memory, with as many threads as we have; nothing is written.
 ChildCommand decode_alone(const std::filesystem::path& program, const std::filesystem::path& file, const Setting& setting) {
-  ChildCommand command = gdal_translate(program, setting).command;
-  command.arguments.insert(command.arguments.end(), {"-of", "MEM", "-co", "INTERLEAVE=PIXEL", "--config", "GDAL_NUM_THREADS",
-                                                     std::to_string(setting.threads), file.string(), "in-memory"});
-  return command;
+  return gdal_translate(program, setting,
+                        {"-of", "MEM", "-co", "INTERLEAVE=PIXEL", "--config", "GDAL_NUM_THREADS", std::to_string(setting.threads),
+                         file.string(), "in-memory"});
 }
 
 struct KindResult {
@@ -121,11 +112,7 @@ Result<KindResult> measure(const FileKind& kind, const std::filesystem::path& fi
   for (int run = 0; run < flags.runs; ++run) {
     VT_CHECK(run_once(ours, result.ours));
     if (gdal) {
-      const ChildCommand decode = decode_alone(*gdal, file, setting);
-      VT_ASSIGN(const ChildRun child, run_child(decode));
-      if (child.exit_code != 0)
-        return fail(ErrorCode::kIo, fmt::format("exit code {} from: {}\n{}", child.exit_code, shell_text(decode.arguments),
-                                                read_text_file(decode.errors).value_or("")));
+      VT_ASSIGN(const ChildRun child, run_checked(decode_alone(*gdal, file, setting)));
       result.decode_seconds.push_back(child.seconds);
     }
   }
@@ -225,9 +212,7 @@ Result<int> run(const SourcesFlags& flags) {
     const auto file = scratch / kind.file;
     if (kind.is_png && !gdal) continue;
     if (kind.is_png) {
-      ChildCommand convert = gdal_translate(*gdal, setting).command;
-      convert.arguments.insert(convert.arguments.end(), {"-of", "PNG", tiled.string(), file.string()});
-      VT_CHECK(run_helper(convert));
+      VT_CHECK(run_checked(gdal_translate(*gdal, setting, {"-of", "PNG", tiled.string(), file.string()})));
       VT_CHECK(sync_file(file));
     } else {
       VT_CHECK(write_tiff(file, kind, *image, window));

@@ -4,7 +4,7 @@ vt_room(vt_bench
   LINKS PUBLIC vt_cli vt_channels vt_geo vt_store nlohmann_json::nlohmann_json PRIVATE fmt::fmt)
 
 vt_program(vtbench
-  SOURCES vtbench.cpp bench_accuracy_command.cpp bench_build_command.cpp bench_build_contenders.cpp bench_build_measure.cpp
+  SOURCES vtbench.cpp bench_accuracy_command.cpp bench_accuracy_scene.cpp bench_build_command.cpp bench_build_contenders.cpp bench_build_measure.cpp
           bench_build_report.cpp bench_frame_command.cpp bench_lookup_command.cpp bench_mosaic_command.cpp bench_parts.cpp bench_pool.cpp
           bench_sizes_command.cpp bench_sources_command.cpp
   LINKS vt_bench vt_cli vt_pipeline vt_sample CLI11::CLI11 fmt::fmt)

@@ -62,12 +62,14 @@ TEST_F(Vtbench, AccuracyWritesWhatItMeasured) {
             0)
       << text("err");
   const auto rows = parse_csv(text("a.csv"));
-  ASSERT_EQ(rows.size(), 9U);  // 2 kernels x 2 formats x 2 compressions, and the codes averaged
+  // 2 kernels x 2 formats x 2 compressions, and the codes averaged
+  EXPECT_GE(rows.size(), 9U);
   std::map<std::string, std::map<std::string, std::string>> by_name;
-  for (const auto& row : rows) by_name[row.at("kernel") + " " + row.at("format") + " " + row.at("compression")] = row;
-  const auto& box = by_name.at("box rgb8 none");
-  const auto& kaiser = by_name.at("kaiser3 rgb8 none");
-  const auto& kaiser_bc1 = by_name.at("kaiser3 bc1 zstd:1");
+  for (const auto& row : rows)
+    by_name[row.at("program") + " " + row.at("kernel") + " " + row.at("format") + " " + row.at("compression")] = row;
+  const auto& box = by_name.at("vtbuild box rgb8 none");
+  const auto& kaiser = by_name.at("vtbuild kaiser3 rgb8 none");
+  const auto& kaiser_bc1 = by_name.at("vtbuild kaiser3 bc1 zstd:1");
   EXPECT_GT(number(box, "mpx_per_s"), 0.0);
   EXPECT_EQ(box.at("base_psnr_code_db"), "inf");  // the finest level is kept byte for byte
   EXPECT_GT(number(kaiser, "psnr_linear_db"), number(box, "psnr_linear_db"));
@@ -76,8 +78,24 @@ TEST_F(Vtbench, AccuracyWritesWhatItMeasured) {
   EXPECT_LT(std::abs(number(kaiser, "luminance_drift_percent")), 0.1);
   EXPECT_LT(number(kaiser_bc1, "bytes_per_texel"), 0.51);
   EXPECT_NEAR(number(box, "bytes_per_texel"), 3.0, 0.01);
+  // Only rounding, half a code, stands between a stored level and its kernel's formula; floats on the way add a few thousandths.
+  EXPECT_LT(number(box, "kernel_max_dn"), 0.51);
+  EXPECT_LT(number(kaiser, "kernel_max_dn"), 0.51);
+  const auto& by_definition = by_name.at("by definition box of codes rgb8 ");
+  EXPECT_GT(number(by_definition, "kernel_max_dn"), 1.0);
+  if (find_program("gdal_translate") && find_program("gdaladdo")) {
+    // Means of codes, whoever takes them: as far from the ideal as their definition, but for the rounding of ties.
+    const auto& gdal = by_name.at("gdaladdo -r average  rgb8 none");
+    EXPECT_GT(number(gdal, "mpx_per_s"), 0.0);
+    EXPECT_EQ(gdal.at("base_psnr_code_db"), "inf");
+    EXPECT_NEAR(number(gdal, "psnr_linear_db"), number(by_definition, "psnr_linear_db"), 0.5);
+  }
+  if (find_program("gdal_translate") && find_program("vips")) {
+    const auto& vips = by_name.at("vips tiffsave --pyramid  rgb8 none");
+    EXPECT_NEAR(number(vips, "psnr_linear_db"), number(by_definition, "psnr_linear_db"), 0.5);
+  }
   // Compression loses nothing.
-  EXPECT_EQ(by_name.at("box rgb8 zstd:1").at("psnr_code_db"), box.at("psnr_code_db"));
+  EXPECT_EQ(by_name.at("vtbuild box rgb8 zstd:1").at("psnr_code_db"), box.at("psnr_code_db"));
   EXPECT_EQ(xml_complaint(text("a.svg")), "");
   EXPECT_TRUE(left_nothing());
 }
@@ -154,18 +172,20 @@ TEST_F(Vtbench, SourcesBuildsEveryKindOfFile) {
       << text("err");
   const bool has_gdal = find_program("gdal_translate").has_value();
   std::set<std::string> kinds;
-  std::set<std::string> sizes;
+  double tiled_mib = 0.0;
   for (const auto& row : parse_csv(text("s.csv"))) {
     kinds.insert(row.at("file"));
     EXPECT_EQ(row.at("width"), "272");
     EXPECT_GT(number(row, "mpx_per_s"), 0.0);
     EXPECT_EQ(row.at("decode_s").empty(), !has_gdal);
     EXPECT_EQ(row.at("build_over_decode").empty(), !has_gdal);
-    // The same samples give the same tiles; a lossy file has others.
-    if (row.at("file") != "tiled, JPEG") sizes.insert(row.at("output_mib"));
+    if (row.at("file") == "tiled") tiled_mib = number(row, "output_mib");
+    // The same samples give the same tiles, beside which a store keeps the files' names; a lossy file gives others.
+    if (row.at("file") != "tiled, JPEG") {
+      EXPECT_NEAR(number(row, "output_mib"), tiled_mib, 4096.0 / (1024.0 * 1024.0)) << row.at("file");
+    }
   }
   EXPECT_EQ(kinds.size(), has_gdal ? 8U : 7U);
-  EXPECT_EQ(sizes.size(), 1U);
   EXPECT_EQ(xml_complaint(text("s.svg")), "");
   EXPECT_TRUE(left_nothing());
 }
