@@ -152,13 +152,11 @@ struct RecordHeader {
 // Fills in the hash, which covers the rest of the header and the payload.
 [[nodiscard]] std::array<std::byte, kRecordHeaderBytes> seal_record(RecordHeader& header, std::span<const std::byte> payload);
 
-enum class HashCheck { kVerify, kSkip };
 // `record` is header and payload, exactly reference.stored_bytes + 32 long. Gives the payload; the sentence says what differs from the
-// reference. kSkip leaves the payload's hash alone, for a record that was verified before; everything in the header is still compared.
+// reference.
 [[nodiscard]] tl::expected<std::span<const std::byte>, const char*> check_record(std::span<const std::byte> record,
                                                                                  const Reference& reference, std::uint64_t key,
-                                                                                 std::uint32_t raw_bytes,
-                                                                                 HashCheck hash_check = HashCheck::kVerify);
+                                                                                 std::uint32_t raw_bytes);
 
 // ---- Superblocks ----
 
