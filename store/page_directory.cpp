@@ -27,9 +27,7 @@ struct alignas(64) PageDirectory::Node {
   [[nodiscard]] static std::size_t bytes_for(std::size_t children) { return sizeof(Node) + sizeof(Word) * children; }
   [[nodiscard]] static Node* of(std::uint64_t word) { return reinterpret_cast<Node*>(word & ~kFull); }
   [[nodiscard]] Word* children() { return reinterpret_cast<Word*>(this + 1); }
-  [[nodiscard]] std::size_t count() const {
-    return ranks.back() + static_cast<std::size_t>(std::popcount(presence.back()));
-  }
+  [[nodiscard]] std::size_t count() const { return ranks.back() + static_cast<std::size_t>(std::popcount(presence.back())); }
 
   // Null: the slot is absent.
   [[nodiscard]] static Word* child(std::uint64_t word, int slot) {
@@ -42,7 +40,7 @@ struct alignas(64) PageDirectory::Node {
   }
 
   [[nodiscard]] static Node* make(std::span<const std::byte> payload, std::size_t children) {
-    auto* node = new (::operator new(bytes_for(children), std::align_val_t{alignof(Node)})) Node;
+    auto* node = new (::operator new (bytes_for(children), std::align_val_t{alignof(Node)})) Node;
     for (std::size_t i = 0; i < kPageWords; ++i) {
       node->presence[i] = get<std::uint64_t>(payload, kPageBitmapAt + 8 * i);
       node->ranks[i] = get<std::uint16_t>(payload, kPageRanksAt + 2 * i);
@@ -50,7 +48,7 @@ struct alignas(64) PageDirectory::Node {
     for (std::size_t i = 0; i < children; ++i) new (node->children() + i) Word(0);
     return node;
   }
-  static void destroy(Node* node) { ::operator delete(node, std::align_val_t{alignof(Node)}); }
+  static void destroy(Node* node) { ::operator delete (node, std::align_val_t{alignof(Node)}); }
 };
 
 PageDirectory::PageDirectory(std::span<const std::byte> file, std::span<const LayerInfo> layers) : file_(file) {

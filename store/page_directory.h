@@ -43,7 +43,8 @@ class PageDirectory {
 
   // Whether the page of `height` on the way to the tile is known.
   [[nodiscard]] bool knows(const Query& query, int height) const;
-  // Takes up a page that was checked, if those above it are known and there is room (kMaxBytes). Without room it is checked again each time.
+  // Takes up a page that was checked, if those above it are known and there is room (kMaxBytes). Without room it is checked again each
+  // time.
   void remember(const Query& query, int height, const Reference& page) const;
 
   // A dense index of 6 * 10^10 tiles; only an index of mostly empty inner pages comes near it.

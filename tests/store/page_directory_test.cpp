@@ -106,8 +106,8 @@ TEST_F(LookupTest, ManyThreadsMayFillOneReadersMemory) {
 }
 
 TEST_F(LookupTest, ADamagedPageIsNeverTrustedWhoeverAsks) {
-  // The page that holds the first tile of level 7, and all pages after it in the file, lose a bit each: every look-up that needs one says so,
-  // every time.
+  // The page that holds the first tile of level 7, and all pages after it in the file, lose a bit each: every look-up that needs one says
+  // so, every time.
   const Bytes whole = read_file(path);
   std::vector<std::uint64_t> leaves;
   for (std::uint64_t at = kLogStart; at + kRecordHeaderBytes <= whole.size(); at += kRecordAlignment)
