@@ -9,6 +9,7 @@
 #include "builder/pipeline/dataset_store.h"
 #include "builder/pipeline/layer_build.h"
 #include "builder/pipeline/layer_plan.h"
+#include "builder/pipeline/plan_cost.h"
 #include "builder/sample/bands.h"
 #include "builder/source/geotiff_writer.h"
 #include "store/bc1.h"

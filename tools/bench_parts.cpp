@@ -6,6 +6,7 @@
 
 #include "builder/encode/bc1_encoder.h"
 #include "builder/pipeline/layer_plan.h"
+#include "builder/pipeline/plan_cost.h"
 #include "builder/pyramid/block_cascade.h"
 #include "store/file.h"
 #include "tools/bench_support.h"

@@ -4,23 +4,13 @@
 
 #include <algorithm>
 #include <charconv>
-#include <thread>
 
 #include "builder/pipeline/dataset_store.h"
+#include "builder/pipeline/parallel.h"
+#include "builder/pipeline/plan_cost.h"
+#include "tools/build_report.h"
 
 namespace vt::tools {
-namespace {
-
-int thread_count(int requested) { return requested > 0 ? requested : std::max(1, static_cast<int>(std::thread::hardware_concurrency())); }
-
-std::string layer_line(const pipeline::LayerPlan& plan) {
-  const LayerInfo& info = plan.info;
-  return fmt::format("layer {}: {} as {}, {} x {} texels, {} levels, tiles of {}, kernel {}, {}", info.name,
-                     channel_info(info.channel).name, format_info(info.format).name, info.data.width, info.data.height,
-                     info.finest.value + 1, info.tile_texels(), plan.kernel.name, plan.request.compression);
-}
-
-}  // namespace
 
 void BuildFlags::add_to(CLI::App& command) {
   command.add_option("--threads", threads, "worker threads (default: one per processor)")->check(CLI::Range(1, 1024));
@@ -35,6 +25,10 @@ void BuildFlags::add_to(CLI::App& command) {
       .add_option("--block", block_levels,
                   "a block of work spans 2^N tiles along an edge (default: from --memory); never changes the result")
       ->check(CLI::Range(1, 10));
+  command.add_flag("--update", update,
+                   "compare layers that are there with their sources (all of them are read) and build again what changed");
+  command.add_flag("--stats", stats, "say where the time went");
+  command.add_flag("--json", json, "print what was done as JSON");
   command.add_flag("--dry-run", dry_run, "print levels, tiles, bytes and memory; build nothing");
 }
 
@@ -61,8 +55,8 @@ Result<cli::ProgressMode> BuildFlags::progress_mode() const {
   return *mode;
 }
 
-std::size_t source_cache_bytes(std::size_t memory_bytes) {
-  return std::clamp<std::size_t>(memory_bytes / 8, 4 << 20, std::size_t{128} << 20);
+pipeline::PlanOptions BuildFlags::plan_options(std::size_t memory_bytes) const {
+  return {.source_cache_bytes = std::clamp<std::size_t>(memory_bytes / 8, 4 << 20, std::size_t{128} << 20), .threads = threads};
 }
 
 void print_plan(const pipeline::LayerPlan& plan, int threads, std::size_t memory_bytes, int block_levels) {
@@ -90,11 +84,39 @@ void print_plan(const pipeline::LayerPlan& plan, int threads, std::size_t memory
                          cli::format_bytes(memory_bytes)));
 }
 
+namespace {
+
+// One layer with its progress bars. Messages say how to go on after a stop.
+Result<pipeline::BuildReport> build_one(store::StoreWriter& writer, const std::filesystem::path& path, const pipeline::LayerPlan& plan,
+                                        cli::ProgressMode mode, pipeline::BuildOptions options) {
+  cli::Progress check({.mode = mode, .title = "comparing " + plan.info.name, .unit = "blocks"});
+  cli::Progress build({.mode = mode, .title = "building " + plan.info.name, .unit = "texels"});
+  options.check_progress = [&](std::uint64_t done, std::uint64_t total) {
+    check.set_total(total);
+    check.update(done);
+  };
+  options.progress = [&](std::uint64_t done, std::uint64_t total) {
+    build.set_total(total);
+    build.update(done);
+  };
+  options.cancel = &cli::interrupt_flag();
+  auto report = pipeline::build_layer(writer, plan, options);
+  if (!report && report.error().code == ErrorCode::kCancelled)
+    return fail(ErrorCode::kCancelled, "stopped; what is done is kept in " + path.string() + ", run the same command again to go on");
+  if (!report && report.error().code == ErrorCode::kIo)
+    return fail(ErrorCode::kIo,
+                report.error().message + "; the store is whole up to its last checkpoint, run the same command again to go on");
+  if (report && !report->was_complete) build.finish();
+  return report;
+}
+
+}  // namespace
+
 Result<int> build_layers(const std::filesystem::path& path, std::vector<pipeline::LayerPlan> plans, const Area& area,
                          const BuildFlags& flags) {
   VT_ASSIGN(const std::size_t memory, flags.memory_bytes());
   VT_ASSIGN(const cli::ProgressMode mode, flags.progress_mode());
-  const int threads = thread_count(flags.threads);
+  const int threads = pipeline::thread_count(flags.threads);
   for (const pipeline::LayerPlan& plan : plans)
     for (const std::string& warning : plan.warnings) cli::print_note("vtbuild", warning);
 
@@ -113,42 +135,27 @@ Result<int> build_layers(const std::filesystem::path& path, std::vector<pipeline
   }
 
   VT_ASSIGN(store::StoreWriter writer, pipeline::open_or_create(path, plans.front().crs, area));
+  nlohmann::ordered_json document;
+  document["store"] = path.string();
+  document["layers"] = nlohmann::ordered_json::array();
   for (std::size_t i = 0; i < plans.size(); ++i) {
     pipeline::LayerPlan& plan = plans[i];
-    cli::Progress progress({.mode = mode,
-                            .title = "building " + plan.info.name,
-                            .unit = "texels",
-                            .total = static_cast<std::uint64_t>(plan.info.data.width) * static_cast<std::uint64_t>(plan.info.data.height)});
-    pipeline::BuildOptions options;
-    options.threads = threads;
-    options.memory_bytes = memory;
-    options.block_levels = block_levels[i];
-    options.checkpoint_seconds = flags.checkpoint_seconds;
-    options.progress = [&](std::uint64_t done, std::uint64_t) { progress.update(done); };
-    options.cancel = &cli::interrupt_flag();
-    progress.update(0);
-    auto report = pipeline::build_layer(writer, plan, options);
-    if (!report && report.error().code == ErrorCode::kCancelled)
-      return fail(ErrorCode::kCancelled, "stopped; what is done is kept in " + path.string() + ", run the same command again to go on");
-    if (!report && report.error().code == ErrorCode::kIo)
-      return fail(ErrorCode::kIo,
-                  report.error().message + "; the store is whole up to its last checkpoint, run the same command again to go on");
-    VT_CHECK(report);
+    const pipeline::BuildOptions options{.threads = threads,
+                                         .memory_bytes = memory,
+                                         .block_levels = block_levels[i],
+                                         .checkpoint_seconds = flags.checkpoint_seconds,
+                                         .update = flags.update,
+                                         .with_stats = flags.stats};
+    VT_ASSIGN(const pipeline::BuildReport report, build_one(writer, path, plan, mode, options));
     plan.sampler.reset();  // closes the sources: what they keep decoded is memory that the next layer may need
-    if (report->was_complete) {
-      cli::print(fmt::format("{}: already complete in {}, nothing to do\n", layer_line(plan), path.string()));
-      continue;
+    if (flags.json) {
+      document["layers"].push_back(report_json(plan, report, flags.stats));
+    } else {
+      print_report(plan, report, flags.stats);
     }
-    progress.finish();
-    cli::print(layer_line(plan) + "\n");
-    cli::print(fmt::format("  {} tiles ({} of one value), {} in the store; {:.2f} s, {:.1f} Mpx/s, {} threads\n", report->tiles,
-                           report->constant_tiles, cli::format_bytes(report->stored_bytes), report->seconds,
-                           static_cast<double>(report->base_texels) / 1e6 / report->seconds, threads));
-    if (report->blocks_resumed > 0)
-      cli::print(fmt::format("  {} of {} blocks were there from an earlier run\n", report->blocks_resumed,
-                             report->blocks_resumed + report->blocks_built));
   }
   VT_CHECK(writer.finish());
+  if (flags.json) cli::print_json(document);
   return 0;
 }
 

@@ -20,12 +20,17 @@ struct BuildFlags {
   std::string progress = "auto";
   double checkpoint_seconds = 10.0;
   int block_levels = 0;
+  bool update = false;
+  bool stats = false;
+  bool json = false;
   bool dry_run = false;
 
   void add_to(CLI::App& command);
   // Parsed forms; kUsage when a text makes no sense.
   [[nodiscard]] Result<std::size_t> memory_bytes() const;
   [[nodiscard]] Result<cli::ProgressMode> progress_mode() const;
+  // The sources of a layer may keep an eighth of the memory decoded, 4 to 128 MiB.
+  [[nodiscard]] pipeline::PlanOptions plan_options(std::size_t memory_bytes) const;
 };
 
 // "512M", "2G", "800000000".
@@ -37,9 +42,6 @@ void print_plan(const pipeline::LayerPlan& plan, int threads, std::size_t memory
 // A plan's sources are closed when its layer is built.
 [[nodiscard]] Result<int> build_layers(const std::filesystem::path& path, std::vector<pipeline::LayerPlan> plans, const Area& area,
                                        const BuildFlags& flags);
-
-// What the sources of a layer may keep decoded: an eighth of the memory, 4 to 128 MiB.
-[[nodiscard]] std::size_t source_cache_bytes(std::size_t memory_bytes);
 
 // Each adds its subcommand to the program and returns what to run when it was chosen.
 [[nodiscard]] std::function<Result<int>()> add_layer_command(CLI::App& app);

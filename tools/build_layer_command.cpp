@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "builder/pipeline/dataset_store.h"
+#include "builder/pipeline/input_list.h"
 #include "tools/build_common.h"
 
 namespace vt::tools {
@@ -86,7 +87,12 @@ Result<pipeline::LayerRequest> request_from(const LayerFlags& flags, const std::
   // --crs is the dataset's. A file without one is taken to be in it too, unless --source-crs says otherwise; so is a picture placed by
   // --extent.
   request.crs = frame ? std::nullopt : crs;
+  std::vector<std::filesystem::path> inputs;
   for (const std::string& input : flags.inputs) {
+    VT_ASSIGN(const std::vector<std::filesystem::path> files, pipeline::expand_input(input));
+    inputs.insert(inputs.end(), files.begin(), files.end());
+  }
+  for (const std::filesystem::path& input : inputs) {
     pipeline::SourceRequest source;
     source.path = input;
     source.crs = source_crs;
@@ -106,7 +112,7 @@ Result<int> run(const LayerFlags& flags) {
   VT_ASSIGN(const auto frame, pipeline::existing_frame(flags.output));
   VT_ASSIGN(const pipeline::LayerRequest request, request_from(flags, frame));
   VT_ASSIGN(const std::size_t memory, flags.build.memory_bytes());
-  VT_ASSIGN(pipeline::LayerPlan plan, pipeline::plan_layer(request, frame, source_cache_bytes(memory)));
+  VT_ASSIGN(pipeline::LayerPlan plan, pipeline::plan_layer(request, frame, flags.build.plan_options(memory)));
   const Area extent = plan.extent();
   std::vector<pipeline::LayerPlan> plans;
   plans.push_back(std::move(plan));
@@ -118,7 +124,11 @@ Result<int> run(const LayerFlags& flags) {
 std::function<Result<int>()> add_layer_command(CLI::App& app) {
   auto flags = std::make_shared<LayerFlags>();
   CLI::App* command = app.add_subcommand("layer", "build one layer from georeferenced rasters, into a new store or one that exists");
-  command->add_option("INPUT", flags->inputs, "GeoTIFF, or PNG, JPEG, EXR, ... with --extent; later ones lie over earlier ones")
+  command
+      ->add_option(
+          "INPUT", flags->inputs,
+          "GeoTIFF, or PNG, JPEG, EXR, ... with --extent; a folder means the rasters in it, sorted by name, and @FILE those that a "
+          "text file lists, one a line; later ones lie over earlier ones")
       ->required();
   command->add_option("-o,--output", flags->output, "the store, suffix .vts")->required();
   command->add_option("--channel", flags->channel, "what the values mean: color or elevation")->required();
@@ -141,6 +151,8 @@ std::function<Result<int>()> add_layer_command(CLI::App& app) {
   cli::add_help_footer(*command,
                        "  vtbuild layer ortho.tif -o area.vts --channel color\n"
                        "  vtbuild layer dem.tif -o area.vts --channel elevation\n"
+                       "  vtbuild layer tiles/ -o area.vts --channel color\n"
+                       "  vtbuild layer @tiles.txt -o area.vts --channel color\n"
                        "  vtbuild layer west.tif east.tif -o area.vts --channel color --format bc1 --compression zstd:9\n"
                        "  vtbuild layer earth.jpg -o earth.vts --channel color --crs EPSG:4326 --extent -180,-90,180,90\n"
                        "  vtbuild layer scan.png -o scan.vts --channel color --crs pixel\n");

@@ -9,6 +9,7 @@
 #include <thread>
 
 #include "builder/pipeline/built_layer.h"
+#include "builder/pipeline/plan_cost.h"
 #include "builder/pipeline/source_check.h"
 
 namespace vt::pipeline {

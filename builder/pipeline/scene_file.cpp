@@ -1,8 +1,10 @@
 #include "builder/pipeline/scene_file.h"
 
+#include <algorithm>
 #include <cerrno>
 #include <cstring>
 #include <fstream>
+#include <iterator>
 #include <nlohmann/json.hpp>
 #include <sstream>
 #include <valijson/adapters/nlohmann_json_adapter.hpp>
@@ -12,6 +14,7 @@
 #include <valijson/validator.hpp>
 
 #include "builder/pipeline/embedded_schemas.h"
+#include "builder/pipeline/input_list.h"
 
 namespace vt::pipeline {
 namespace {
@@ -41,23 +44,29 @@ Result<geo::Crs> crs_from(const std::string& text, const std::string& where) {
   return crs;
 }
 
-Result<SourceRequest> source_from(const json& value, const std::filesystem::path& folder, const std::string& where) {
+// A source names one raster, or a folder or a list of them that are all read in the same way.
+Result<std::vector<SourceRequest>> sources_from(const json& value, const std::filesystem::path& folder, const std::string& where) {
   SourceRequest source;
+  std::string input;
   if (value.is_string()) {
-    source.path = folder / value.get<std::string>();
-    return source;
+    input = value.get<std::string>();
+  } else {
+    input = value.at("file").get<std::string>();
+    if (value.contains("crs")) {
+      VT_ASSIGN(source.crs, crs_from(value["crs"].get<std::string>(), where + "/crs"));
+    }
+    if (value.contains("extent")) {
+      const json& e = value["extent"];
+      source.extent = Area{e[0].get<double>(), e[1].get<double>(), e[2].get<double>(), e[3].get<double>()};
+    }
+    if (value.contains("nodata")) source.nodata = value["nodata"].get<double>();
+    if (value.contains("bands")) source.bands = value["bands"].get<std::vector<int>>();
   }
-  source.path = folder / value.at("file").get<std::string>();
-  if (value.contains("crs")) {
-    VT_ASSIGN(source.crs, crs_from(value["crs"].get<std::string>(), where + "/crs"));
-  }
-  if (value.contains("extent")) {
-    const json& e = value["extent"];
-    source.extent = Area{e[0].get<double>(), e[1].get<double>(), e[2].get<double>(), e[3].get<double>()};
-  }
-  if (value.contains("nodata")) source.nodata = value["nodata"].get<double>();
-  if (value.contains("bands")) source.bands = value["bands"].get<std::vector<int>>();
-  return source;
+  auto files = expand_input(input, folder);
+  if (!files) return fail(files.error().code, where + ": " + files.error().message);
+  std::vector<SourceRequest> sources(files->size(), source);
+  for (std::size_t i = 0; i < sources.size(); ++i) sources[i].path = std::move((*files)[i]);
+  return sources;
 }
 
 Result<LayerRequest> layer_from(const json& value, const Scene& scene, const std::filesystem::path& folder, const std::string& where) {
@@ -68,8 +77,8 @@ Result<LayerRequest> layer_from(const json& value, const Scene& scene, const std
   layer.channel = *channel;
   std::size_t index = 0;
   for (const json& source : value.at("sources")) {
-    VT_ASSIGN(SourceRequest request, source_from(source, folder, where + "/sources/" + std::to_string(index++)));
-    layer.sources.push_back(std::move(request));
+    VT_ASSIGN(std::vector<SourceRequest> requests, sources_from(source, folder, where + "/sources/" + std::to_string(index++)));
+    std::ranges::move(requests, std::back_inserter(layer.sources));
   }
   if (value.contains("format")) {
     layer.format = format_from_name(value["format"].get<std::string>());

@@ -5,8 +5,9 @@
 #include <algorithm>
 #include <cassert>
 #include <cstring>
+#include <optional>
 
-#include "builder/source/block_cache.h"
+#include "builder/source/cell_store.h"
 #include "builder/source/source_common.h"
 #include "builder/source/tiff_decoder.h"
 #include "builder/source/tiff_layout.h"
@@ -127,8 +128,10 @@ void put_mask_row(SampleType type, const std::byte* in, int mask_bands, std::int
 
 class GeoTiffSource final : public RasterSource {
  public:
-  GeoTiffSource(RasterInfo info, std::unique_ptr<TiffDecoder> image, std::unique_ptr<TiffDecoder> mask, std::shared_ptr<BlockCache> cache)
-      : image_(std::move(image)), mask_(std::move(mask)), cache_(std::move(cache)), id_(cache_->add_source()) {
+  GeoTiffSource(RasterInfo info, std::unique_ptr<TiffDecoder> image, std::unique_ptr<TiffDecoder> mask,
+                const std::shared_ptr<BlockCache>& cache, const std::shared_ptr<ScratchFile>& scratch)
+      : image_(std::move(image)), mask_(std::move(mask)), image_cells_(*image_, cache, image_->is_direct() ? nullptr : scratch) {
+    if (mask_) mask_cells_.emplace(*mask_, cache, scratch);
     info_ = std::move(info);
   }
 
@@ -142,7 +145,7 @@ class GeoTiffSource final : public RasterSource {
         VT_CHECK(read_plane_direct(plane, window, out, row_pitch_bytes, content));
       } else {
         VT_CHECK(read_plane(plane, window, out, row_pitch_bytes));
-        if (content != nullptr) VT_CHECK(hash_pieces(*image_, plane.plane, window, *content));
+        if (content != nullptr) VT_CHECK(hash_pieces(*image_, image_cells_, plane.plane, window, *content));
       }
     }
     for (std::size_t i = 0; mask_ && i < bands.size(); ++i) {
@@ -155,37 +158,37 @@ class GeoTiffSource final : public RasterSource {
     VT_CHECK(check_window(info_, window, bands));
     content.add(image_->fingerprint().bytes);
     for (const PlanePicks& plane : picks_by_plane(image_->layout(), bands)) {
-      VT_CHECK(image_->is_direct() ? hash_plane_direct(plane, window, content) : hash_pieces(*image_, plane.plane, window, content));
+      VT_CHECK(image_->is_direct() ? hash_plane_direct(plane, window, content)
+                                   : hash_pieces(*image_, image_cells_, plane.plane, window, content));
     }
     return hash_mask(window, bands, content);
   }
 
+  void release_rows_before(std::int64_t row) const override {
+    image_cells_.release_rows_before(row);
+    if (mask_cells_) mask_cells_->release_rows_before(row);
+  }
+
   std::size_t resident_bytes() const override {
     // Image and mask are read one after the other.
-    const std::size_t image = image_->is_direct() ? kBytesAtOnce + image_->resident_bytes() : image_->resident_bytes();
-    return mask_ ? std::max(image, mask_->resident_bytes()) : image;
+    const std::size_t image = image_->resident_bytes() + (image_->is_direct() ? kBytesAtOnce : image_cells_.resident_bytes());
+    return mask_ ? std::max(image, mask_->resident_bytes() + mask_cells_->resident_bytes()) : image;
   }
+
+  std::uint64_t decoded_bytes() const override { return image_->decoded_bytes() + (mask_ ? mask_->decoded_bytes() : 0); }
 
  private:
-  BlockKey cell_key(const TiffDecoder& decoder, std::int64_t cell_x, std::int64_t cell_y, int plane) const {
-    const std::int64_t index = (plane * decoder.cells_down() + cell_y) * decoder.layout().blocks_across + cell_x;
-    return {.source = id_, .block = static_cast<std::uint64_t>(index) << 1 | (&decoder == mask_.get() ? 1U : 0U)};
-  }
-
-  Result<BlockPtr> cell(const TiffDecoder& decoder, std::int64_t cell_x, std::int64_t cell_y, int plane) const {
-    return cache_->get(cell_key(decoder, cell_x, cell_y, plane), [&] { return decoder.decode_cell(cell_x, cell_y, plane); });
-  }
-
   // The hashes of the stored pieces that the window touches, row by row.
-  Result<void> hash_pieces(const TiffDecoder& decoder, int plane, const Window& window, store::ContentHasher& content) const {
-    const std::int64_t block_width = decoder.layout().block_width;
-    const std::int64_t last_x = (window.x + window.width - 1) / block_width;
-    const std::int64_t first_cell = decoder.cell_of_row(window.y);
-    const std::int64_t last_cell = decoder.cell_of_row(window.y + window.height - 1);
+  static Result<void> hash_pieces(const TiffDecoder& decoder, const CellStore& cells, int plane, const Window& window,
+                                  store::ContentHasher& content) {
+    const CellGrid& grid = decoder.grid();
+    const std::int64_t last_x = (window.x + window.width - 1) / grid.block_width;
+    const std::int64_t first_cell = grid.cell_of_row(window.y);
+    const std::int64_t last_cell = grid.cell_of_row(window.y + window.height - 1);
     for (std::int64_t cell_y = decoder.first_cell_of_piece(first_cell); cell_y <= last_cell; cell_y += decoder.cells_per_piece()) {
-      for (std::int64_t cell_x = window.x / block_width; cell_x <= last_x; ++cell_x) {
+      for (std::int64_t cell_x = window.x / grid.block_width; cell_x <= last_x; ++cell_x) {
         VT_ASSIGN(const store::ContentHash hash,
-                  cache_->hash(cell_key(decoder, cell_x, cell_y, plane), [&] { return decoder.hash_piece(cell_x, cell_y, plane); }));
+                  cells.cache().hash(cells.key(cell_x, cell_y, plane), [&] { return decoder.hash_piece(cell_x, cell_y, plane); }));
         content.add(hash.bytes);
       }
     }
@@ -195,53 +198,18 @@ class GeoTiffSource final : public RasterSource {
   Result<void> hash_mask(const Window& window, std::span<const int> bands, store::ContentHasher& content) const {
     if (!mask_ || std::ranges::find(bands, image_->layout().bands) == bands.end()) return {};
     content.add(mask_->fingerprint().bytes);
-    return hash_pieces(*mask_, 0, window, content);
-  }
-
-  // Calls use(cell samples at the first wanted column, first row in the output, first column in the output, columns, row bytes of the cell,
-  // rows).
-  template <class Use>
-  Result<void> for_each_cell(const TiffDecoder& decoder, int plane, bool may_skip_cache, const Window& window, const Use& use) const {
-    const TiffLayout& layout = decoder.layout();
-    const std::int64_t sample_stride = decoder.cell_row_bytes() / layout.block_width;
-    const std::int64_t right = window.x + window.width;
-    const std::int64_t bottom = window.y + window.height;
-    for (std::int64_t cell_y = decoder.cell_of_row(window.y); cell_y <= decoder.cell_of_row(bottom - 1); ++cell_y) {
-      const std::int64_t cell_top = decoder.first_row(cell_y);
-      const std::int64_t cell_rows = decoder.cell_rows(cell_y);
-      const std::int64_t top = std::max(window.y, cell_top);
-      const std::int64_t rows = std::min(bottom, cell_top + cell_rows) - top;
-      for (std::int64_t cell_x = window.x / layout.block_width; cell_x <= (right - 1) / layout.block_width; ++cell_x) {
-        const std::int64_t cell_left = cell_x * layout.block_width;
-        const std::int64_t left = std::max(window.x, cell_left);
-        const std::int64_t columns = std::min({right, cell_left + layout.block_width, layout.width}) - left;
-        // A cell that is wanted whole is not worth keeping: neighbours will hardly ask for it again.
-        const bool whole = may_skip_cache && rows == cell_rows && columns == std::min(layout.block_width, layout.width - cell_left);
-        BlockPtr block = whole ? cache_->peek(cell_key(decoder, cell_x, cell_y, plane)) : nullptr;
-        if (!block && whole) {
-          VT_ASSIGN(Block decoded, decoder.decode_cell(cell_x, cell_y, plane));
-          block = std::make_shared<const Block>(std::move(decoded));
-        } else if (!block) {
-          VT_ASSIGN(block, cell(decoder, cell_x, cell_y, plane));
-        }
-        const std::byte* first = block->data() + (top - cell_top) * decoder.cell_row_bytes() + (left - cell_left) * sample_stride;
-        use(first, top - window.y, left - window.x, columns, rows);
-      }
-    }
-    return {};
+    return hash_pieces(*mask_, *mask_cells_, 0, window, content);
   }
 
   Result<void> read_plane(const PlanePicks& plane, const Window& window, std::span<std::byte> out, std::size_t pitch) const {
     const std::size_t out_stride = plane.bytes * static_cast<std::size_t>(plane.out_bands);
     const bool all_bands = static_cast<int>(plane.picks.size()) == plane.plane_bands;
-    return for_each_cell(
-        *image_, plane.plane, all_bands, window,
-        [&](const std::byte* in, std::int64_t row, std::int64_t column, std::int64_t columns, std::int64_t rows) {
-          for (std::int64_t r = 0; r < rows; ++r) {
-            plane.copy_row(in + r * image_->cell_row_bytes(),
-                           out.data() + static_cast<std::size_t>(row + r) * pitch + static_cast<std::size_t>(column) * out_stride, columns);
-          }
-        });
+    return image_cells_.visit(plane.plane, all_bands, window, [&](const std::byte* in, std::int64_t in_pitch, const Window& part) {
+      std::byte* target =
+          out.data() + static_cast<std::size_t>(part.y - window.y) * pitch + static_cast<std::size_t>(part.x - window.x) * out_stride;
+      for (std::int64_t r = 0; r < part.height; ++r)
+        plane.copy_row(in + r * in_pitch, target + static_cast<std::size_t>(r) * pitch, part.width);
+    });
   }
 
   // Uncompressed files: straight from the file, the operating system's cache is the cache. Calls use(rectangle in a block, its first row
@@ -310,25 +278,26 @@ class GeoTiffSource final : public RasterSource {
                          std::size_t pitch) const {
     const std::size_t bytes = sample_bytes(info_.sample_type);
     const std::size_t stride = bytes * out_bands;
-    return for_each_cell(
-        *mask_, 0, false, window, [&](const std::byte* in, std::int64_t row, std::int64_t column, std::int64_t columns, std::int64_t rows) {
-          for (std::int64_t r = 0; r < rows; ++r) {
-            std::byte* target =
-                out.data() + static_cast<std::size_t>(row + r) * pitch + static_cast<std::size_t>(column) * stride + out_band * bytes;
-            put_mask_row(info_.sample_type, in + r * mask_->cell_row_bytes(), mask_->layout().bands, columns, target, stride);
-          }
-        });
+    return mask_cells_->visit(0, false, window, [&](const std::byte* in, std::int64_t in_pitch, const Window& part) {
+      std::byte* target = out.data() + static_cast<std::size_t>(part.y - window.y) * pitch +
+                          static_cast<std::size_t>(part.x - window.x) * stride + out_band * bytes;
+      for (std::int64_t r = 0; r < part.height; ++r) {
+        put_mask_row(info_.sample_type, in + r * in_pitch, mask_->layout().bands, part.width, target + static_cast<std::size_t>(r) * pitch,
+                     stride);
+      }
+    });
   }
 
   std::unique_ptr<TiffDecoder> image_;
   std::unique_ptr<TiffDecoder> mask_;
-  std::shared_ptr<BlockCache> cache_;
-  std::uint64_t id_;  // of this source in cache_
+  CellStore image_cells_;
+  std::optional<CellStore> mask_cells_;
 };
 
 // The transparency mask of the full-size image, when there is one among the later directories. Damage behind the first directory is not
 // ours to judge.
-Result<std::unique_ptr<TiffDecoder>> find_mask(const std::shared_ptr<const FileBytes>& file, const TiffLayout& image) {
+Result<std::unique_ptr<TiffDecoder>> find_mask(const std::shared_ptr<const FileBytes>& file, const TiffLayout& image,
+                                               const BlockCache& cache) {
   VT_ASSIGN(const auto handle_owner, TiffHandle::open(file));
   TiffHandle& handle = *handle_owner;
   for (int directory = 1; directory < kMaxDirectories && TIFFReadDirectory(handle.get()) == 1; ++directory) {
@@ -345,8 +314,8 @@ Result<std::unique_ptr<TiffDecoder>> find_mask(const std::shared_ptr<const FileB
     layout.invert = false;
     layout.fill.reset();
     VT_ASSIGN(auto at_mask, TiffHandle::open(file, static_cast<std::uint16_t>(directory)));
-    return TiffDecoder::create(std::move(at_mask), file, static_cast<std::uint16_t>(directory), std::move(layout),
-                               decode_fingerprint(tags));
+    return TiffDecoder::create(std::move(at_mask), file, static_cast<std::uint16_t>(directory), std::move(layout), decode_fingerprint(tags),
+                               cache);
   }
   return std::unique_ptr<TiffDecoder>();
 }
@@ -355,6 +324,7 @@ Result<std::unique_ptr<TiffDecoder>> find_mask(const std::shared_ptr<const FileB
 
 Result<std::unique_ptr<RasterSource>> open_geotiff(std::shared_ptr<const FileBytes> file, const OpenOptions& options) {
   const std::string name = file->path().string();
+  const std::shared_ptr<BlockCache> cache = cache_of(options);
   VT_ASSIGN(auto handle, TiffHandle::open(file));
   VT_ASSIGN(const TiffTags tags, TiffTags::read(file, TIFFCurrentDirOffset(handle->get())));
   VT_ASSIGN(TiffLayout layout, read_tiff_layout(*handle, tags, name, !options.palette_indices));
@@ -382,14 +352,14 @@ Result<std::unique_ptr<RasterSource>> open_geotiff(std::shared_ptr<const FileByt
 
   std::unique_ptr<TiffDecoder> mask;
   if (TIFFLastDirectory(handle->get()) == 0) {
-    VT_ASSIGN(mask, find_mask(file, layout));
+    VT_ASSIGN(mask, find_mask(file, layout, *cache));
   }
   if (mask) {
     info.alpha_band = info.bands;
     ++info.bands;
   }
-  VT_ASSIGN(auto image, TiffDecoder::create(std::move(handle), file, 0, std::move(layout), decode_fingerprint(tags)));
-  return std::make_unique<GeoTiffSource>(std::move(info), std::move(image), std::move(mask), cache_of(options));
+  VT_ASSIGN(auto image, TiffDecoder::create(std::move(handle), file, 0, std::move(layout), decode_fingerprint(tags), *cache));
+  return std::make_unique<GeoTiffSource>(std::move(info), std::move(image), std::move(mask), cache, options.scratch);
 }
 
 }  // namespace vt::source

@@ -3,11 +3,13 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <cstring>
 #include <optional>
+#include <string_view>
 #include <vector>
 
-#include "builder/source/block_cache.h"
+#include "builder/source/cell_store.h"
 #include "builder/source/file_bytes.h"
 #include "builder/source/picture_module.h"
 #include "builder/source/source_common.h"
@@ -15,7 +17,8 @@
 namespace vt::source {
 namespace {
 
-constexpr std::int64_t kBandBytes = std::int64_t{2} << 20;  // of rows decoded together
+// OpenEXR compresses up to so many rows together; bands of scanlines begin and end with them.
+constexpr std::int64_t kRowsCompressedTogether = 32;
 
 std::optional<SampleType> sample_type_of(const OIIO::ImageSpec& spec) {
   if (!spec.channelformats.empty()) return SampleType::kFloat32;  // OpenEXR channels of several types
@@ -120,58 +123,60 @@ Result<store::ContentHash> hash_file(const FileBytes& file) {
   return hasher.digest();
 }
 
-class PictureSource final : public RasterSource {
+// Tiles one by one; scanlines in bands, which most formats decode from the top only.
+class PictureDecoder final : public CellDecoder {
  public:
-  PictureSource(RasterInfo info, std::shared_ptr<const FileBytes> file, std::unique_ptr<Input> first, bool alpha_is_associated,
-                std::shared_ptr<BlockCache> cache)
-      : file_(std::move(file)), alpha_is_associated_(alpha_is_associated), cache_(std::move(cache)), id_(cache_->add_source()) {
-    info_ = std::move(info);
-    pixel_bytes_ = static_cast<std::size_t>(info_.bands) * sample_bytes(info_.sample_type);
-    row_bytes_ = pixel_bytes_ * static_cast<std::size_t>(info_.width);
+  // What decoding needs to know beside the grid.
+  struct Samples {
+    SampleType type = SampleType::kUint8;
+    int bands = 1;
+    bool tiled = false;
+    int straighten_by = -1;  // the alpha band when colours are stored multiplied by it
+  };
+
+  PictureDecoder(std::shared_ptr<const FileBytes> file, std::unique_ptr<Input> first, const CellGrid& grid, const Samples& samples)
+      : file_(std::move(file)), grid_(grid), samples_(samples) {
     give(std::move(first));
   }
-  ~PictureSource() override { file_->pool()->readers().forget(this); }
+  ~PictureDecoder() override { file_->pool()->readers().forget(this); }
 
-  using RasterSource::read;
-  Result<void> read(const Window& window, std::span<const int> bands, std::span<std::byte> out, std::size_t row_pitch_bytes,
-                    store::ContentHasher* content) const override {
-    VT_CHECK(check_request(info_, window, bands, out, row_pitch_bytes));
-    if (content != nullptr) VT_CHECK(hash(window, bands, *content));
-    const std::size_t bytes = sample_bytes(info_.sample_type);
-    const std::int64_t bottom = window.y + window.height;
-    for (std::int64_t band = window.y / info_.block_height; band <= (bottom - 1) / info_.block_height; ++band) {
-      VT_ASSIGN(const BlockPtr rows, cache_->get({.source = id_, .block = static_cast<std::uint64_t>(band)}, [&] { return decode(band); }));
-      const std::int64_t top = band * info_.block_height;
-      for (std::int64_t y = std::max(window.y, top); y < std::min(bottom, top + info_.block_height); ++y) {
-        const std::byte* from =
-            rows->data() + static_cast<std::size_t>(y - top) * row_bytes_ + static_cast<std::size_t>(window.x) * pixel_bytes_;
-        std::byte* to = out.data() + static_cast<std::size_t>(y - window.y) * row_pitch_bytes;
-        for (std::int64_t x = 0; x < window.width; ++x, from += pixel_bytes_) {
-          for (const int wanted : bands) {
-            std::memcpy(to, from + static_cast<std::size_t>(wanted) * bytes, bytes);
-            to += bytes;
-          }
-        }
-      }
+  [[nodiscard]] const FileBytes& file() const { return *file_; }
+  const CellGrid& grid() const override { return grid_; }
+  std::uint64_t decoded_bytes() const { return decoded_bytes_.load(std::memory_order_relaxed); }
+
+  Result<Block> decode_cell(std::int64_t cell_x, std::int64_t cell_y, int) const override {
+    const std::int64_t top = grid_.first_row(cell_y);
+    const std::int64_t rows = grid_.cell_rows(cell_y);
+    VT_ASSIGN(std::unique_ptr<Input> input, borrow(top));
+    Block block(static_cast<std::size_t>(rows * grid_.row_bytes()));
+    std::string thrown;
+    bool ok = false;
+    try {
+      ok = samples_.tiled ? read_tile(*input->decoder, cell_x * grid_.block_width, top, block)
+                          : read_rows(*input->decoder, top, rows, block);
+    } catch (const std::exception& problem) {  // OpenEXR throws through some readers
+      thrown = problem.what();
     }
-    return {};
+    std::string reason = input->decoder->geterror();
+    if (reason.empty()) reason = thrown;
+    if (!ok || !reason.empty()) {
+      return fail(ErrorCode::kCorrupt, fmt::format("{}: row {}, column {}: {}", file_->path().string(), top, cell_x * grid_.block_width,
+                                                   reason.empty() ? "cannot be decoded" : reason));
+    }
+    const std::int64_t from = !grid_.is_sequential ? top : input->next_row <= top ? input->next_row : 0;
+    decoded_bytes_.fetch_add(static_cast<std::uint64_t>((top + rows - from) * grid_.row_bytes()), std::memory_order_relaxed);
+    input->next_row = top + rows;
+    give(std::move(input));
+    if (samples_.straighten_by >= 0)
+      straighten_alpha(samples_.type, block, samples_.bands, samples_.straighten_by, full_code(samples_.type));
+    return block;
   }
-
-  // OpenImageIO does not tell where in the file a window is stored: any change of the file is a change everywhere.
-  Result<void> hash(const Window& window, std::span<const int> bands, store::ContentHasher& content) const override {
-    VT_CHECK(check_window(info_, window, bands));
-    VT_ASSIGN(const store::ContentHash whole, cache_->hash({.source = id_, .block = 0}, [&] { return hash_file(*file_); }));
-    content.add(whole.bytes);
-    return {};
-  }
-
-  std::size_t resident_bytes() const override { return row_bytes_ * static_cast<std::size_t>(info_.block_height); }
 
  private:
   // The idle decoder that stands closest before `row`, or any, or a new one.
   Result<std::unique_ptr<Input>> borrow(std::int64_t row) const {
     const auto closeness = [row](const IdleReader& idle) {
-      const std::int64_t next_row = static_cast<const Input&>(idle).next_row;
+      const std::int64_t next_row = static_cast<const Input&>(idle).next_row;  // nobody else gives in our name
       return next_row <= row ? static_cast<double>(next_row) : -1.0;
     };
     std::unique_ptr<Input> input(static_cast<Input*>(file_->pool()->readers().take(this, closeness).release()));
@@ -180,47 +185,98 @@ class PictureSource final : public RasterSource {
   }
   void give(std::unique_ptr<Input> input) const { file_->pool()->readers().give(this, std::move(input)); }
 
-  Result<Block> decode(std::int64_t band) const {
-    const std::int64_t top = band * info_.block_height;
-    const std::int64_t rows = std::min(info_.block_height, info_.height - top);
-    VT_ASSIGN(std::unique_ptr<Input> input, borrow(top));
-    Block block(static_cast<std::size_t>(rows) * row_bytes_);
-    const OIIO::ImageSpec& spec = input->decoder->spec();
+  bool read_rows(OIIO::ImageInput& decoder, std::int64_t top, std::int64_t rows, Block& out) const {
+    const OIIO::ImageSpec& spec = decoder.spec();
     const int y_begin = spec.y + static_cast<int>(top);
-    const int y_end = y_begin + static_cast<int>(rows);
-    const OIIO::TypeDesc type = oiio_type(info_.sample_type);
-    bool ok = false;
-    std::string thrown;
-    try {
-      ok = info_.tiled ? input->decoder->read_tiles(0, 0, spec.x, spec.x + spec.width, y_begin, y_end, spec.z, spec.z + 1, 0,
-                                                    spec.nchannels, type, block.data())
-                       : input->decoder->read_scanlines(0, 0, y_begin, y_end, spec.z, 0, spec.nchannels, type, block.data());
-    } catch (const std::exception& problem) {  // OpenEXR throws through some readers
-      thrown = problem.what();
-    }
-    std::string reason = input->decoder->geterror();
-    if (reason.empty()) reason = thrown;
-    if (!ok || !reason.empty()) {
-      return fail(ErrorCode::kCorrupt,
-                  fmt::format("{}: row {}, column 0: {}", info_.path.string(), top, reason.empty() ? "cannot be decoded" : reason));
-    }
-    input->next_row = top + rows;
-    give(std::move(input));
-    if (alpha_is_associated_) straighten_alpha(info_.sample_type, block, info_.bands, info_.alpha_band, full_code(info_.sample_type));
-    return block;
+    return decoder.read_scanlines(0, 0, y_begin, y_begin + static_cast<int>(rows), spec.z, 0, spec.nchannels, oiio_type(samples_.type),
+                                  out.data());
+  }
+
+  // Of tiles that stick out of the picture, what is inside: rows of a whole tile's width apart.
+  bool read_tile(OIIO::ImageInput& decoder, std::int64_t left, std::int64_t top, Block& out) const {
+    const OIIO::ImageSpec& spec = decoder.spec();
+    const int x_begin = spec.x + static_cast<int>(left);
+    const int y_begin = spec.y + static_cast<int>(top);
+    const int x_end = std::min(x_begin + spec.tile_width, spec.x + spec.width);
+    const int y_end = std::min(y_begin + spec.tile_height, spec.y + spec.height);
+    return decoder.read_tiles(0, 0, x_begin, x_end, y_begin, y_end, spec.z, spec.z + 1, 0, spec.nchannels, oiio_type(samples_.type),
+                              out.data(), grid_.stride, grid_.row_bytes());
   }
 
   std::shared_ptr<const FileBytes> file_;
-  bool alpha_is_associated_;
-  std::size_t pixel_bytes_ = 0;
-  std::size_t row_bytes_ = 0;
-  std::shared_ptr<BlockCache> cache_;
-  std::uint64_t id_;  // of this source in cache_
+  CellGrid grid_;
+  Samples samples_;
+  mutable std::atomic<std::uint64_t> decoded_bytes_ = 0;
 };
 
-}  // namespace
+class PictureSource final : public RasterSource {
+ public:
+  PictureSource(RasterInfo info, std::unique_ptr<PictureDecoder> decoder, const std::shared_ptr<BlockCache>& cache,
+                const std::shared_ptr<ScratchFile>& scratch)
+      : decoder_(std::move(decoder)), cells_(*decoder_, cache, scratch) {
+    info_ = std::move(info);
+  }
 
-namespace {
+  using RasterSource::read;
+  Result<void> read(const Window& window, std::span<const int> bands, std::span<std::byte> out, std::size_t row_pitch_bytes,
+                    store::ContentHasher* content) const override {
+    VT_CHECK(check_request(info_, window, bands, out, row_pitch_bytes));
+    if (content != nullptr) VT_CHECK(hash(window, bands, *content));
+    const std::size_t bytes = sample_bytes(info_.sample_type);
+    const std::size_t in_stride = bytes * static_cast<std::size_t>(info_.bands);
+    const std::size_t out_stride = bytes * bands.size();
+    return cells_.visit(0, true, window, [&](const std::byte* in, std::int64_t in_pitch, const Window& part) {
+      for (std::int64_t row = 0; row < part.height; ++row) {
+        const std::byte* from = in + row * in_pitch;
+        std::byte* to = out.data() + static_cast<std::size_t>(part.y - window.y + row) * row_pitch_bytes +
+                        static_cast<std::size_t>(part.x - window.x) * out_stride;
+        for (std::int64_t x = 0; x < part.width; ++x, from += in_stride) {
+          for (const int wanted : bands) {
+            std::memcpy(to, from + static_cast<std::size_t>(wanted) * bytes, bytes);
+            to += bytes;
+          }
+        }
+      }
+    });
+  }
+
+  // OpenImageIO does not tell where in the file a window is stored: any change of the file is a change everywhere.
+  Result<void> hash(const Window& window, std::span<const int> bands, store::ContentHasher& content) const override {
+    VT_CHECK(check_window(info_, window, bands));
+    VT_ASSIGN(const store::ContentHash whole, cells_.cache().hash(cells_.key(0, 0, 0), [&] { return hash_file(decoder_->file()); }));
+    content.add(whole.bytes);
+    return {};
+  }
+
+  void release_rows_before(std::int64_t row) const override { cells_.release_rows_before(row); }
+  // What OpenImageIO takes for itself is not known: some formats are unpacked whole inside.
+  std::size_t resident_bytes() const override { return static_cast<std::size_t>(decoder_->grid().cell_bytes()) + cells_.resident_bytes(); }
+  std::uint64_t decoded_bytes() const override { return decoder_->decoded_bytes(); }
+
+ private:
+  std::unique_ptr<PictureDecoder> decoder_;
+  CellStore cells_;
+};
+
+// Tiles as they are; scanlines as one cell when the picture is small beside the cache, else in bands.
+CellGrid grid_of(const OIIO::ImageSpec& spec, const RasterInfo& info, bool is_random_access, const BlockCache& cache) {
+  CellGrid grid{.width = info.width,
+                .height = info.height,
+                .block_width = info.tiled ? spec.tile_width : info.width,
+                .block_height = info.tiled ? spec.tile_height : info.height,
+                .rows_per_cell = 0,
+                .stride = info.bands * static_cast<std::int64_t>(sample_bytes(info.sample_type))};
+  grid.rows_per_cell = grid.block_height;
+  if (info.tiled || grid.cell_bytes() <= largest_cell_bytes(cache)) return grid;
+  grid.rows_per_cell = std::min(rows_of_cut_cell(cache, grid.row_bytes()), grid.block_height);
+  grid.is_sequential = !is_random_access;
+  if (is_random_access) {
+    // Bands are blocks of their own then.
+    grid.rows_per_cell = (grid.rows_per_cell + kRowsCompressedTogether - 1) / kRowsCompressedTogether * kRowsCompressedTogether;
+    grid.block_height = grid.rows_per_cell;
+  }
+  return grid;
+}
 
 Result<std::unique_ptr<RasterSource>> read_picture(std::shared_ptr<const FileBytes> file, const OpenOptions& options) {
   const std::filesystem::path path = file->path();
@@ -248,14 +304,19 @@ Result<std::unique_ptr<RasterSource>> read_picture(std::shared_ptr<const FileByt
   info.alpha_band = spec.alpha_channel >= 0 && spec.alpha_channel < spec.nchannels ? spec.alpha_channel : -1;
   info.tiled = spec.tile_width > 0 && spec.tile_height > 0;
   info.compression = spec.get_string_attribute("compression", input->decoder->format_name());
-  const std::int64_t row_bytes = info.width * info.bands * static_cast<std::int64_t>(sample_bytes(*type));
-  info.block_width = info.width;
-  info.block_height = info.tiled ? spec.tile_height : std::clamp<std::int64_t>(kBandBytes / row_bytes, 1, info.height);
-  if (row_bytes > kMaxCellBytes / info.block_height)
-    return unsupported(fmt::format("rows of {} bytes are more than this program holds", row_bytes));
+  const std::shared_ptr<BlockCache> cache = cache_of(options);
+  const CellGrid grid = grid_of(spec, info, std::string_view(input->decoder->format_name()) == "openexr", *cache);
+  info.block_width = grid.block_width;
+  info.block_height = grid.rows_per_cell;
+  if (grid.row_bytes() > kMaxCellBytes / grid.rows_per_cell)
+    return unsupported(
+        fmt::format("{} rows of {} bytes in one piece are more than this program holds", grid.rows_per_cell, grid.row_bytes()));
   VT_CHECK(apply_options(options, info));
   const bool associated = info.alpha_band >= 0 && spec.get_int_attribute("oiio:UnassociatedAlpha", 0) == 0;
-  return std::make_unique<PictureSource>(std::move(info), std::move(file), std::move(input), associated, cache_of(options));
+  const PictureDecoder::Samples samples{
+      .type = info.sample_type, .bands = info.bands, .tiled = info.tiled, .straighten_by = associated ? info.alpha_band : -1};
+  auto decoder = std::make_unique<PictureDecoder>(std::move(file), std::move(input), grid, samples);
+  return std::make_unique<PictureSource>(std::move(info), std::move(decoder), cache, options.scratch);
 }
 
 }  // namespace

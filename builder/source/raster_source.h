@@ -21,8 +21,9 @@
 namespace vt::source {
 
 using vt::SampleType;
-class BlockCache;  // block_cache.h
-class FilePool;    // file_pool.h
+class BlockCache;   // block_cache.h
+class FilePool;     // file_pool.h
+class ScratchFile;  // scratch_file.h
 
 struct RasterInfo {
   std::filesystem::path path;
@@ -79,6 +80,8 @@ class RasterSource {
 
   // Bytes that one thread inside read() may hold at most, beyond the caller's buffer and the shared cache.
   [[nodiscard]] virtual std::size_t resident_bytes() const = 0;
+  // Bytes of samples decoded so far, by all threads. More than the raster holds: something was decoded twice. 0: nothing needs decoding.
+  [[nodiscard]] virtual std::uint64_t decoded_bytes() const = 0;
 
  protected:
   RasterInfo info_;
@@ -97,6 +100,8 @@ struct OpenOptions {
   // Open descriptors and decoders, of all sources that are given the same pool. Without one the source makes its own, and then keeps a
   // descriptor: give one where there may be many sources.
   std::shared_ptr<FilePool> files;
+  // Disk space for the samples of sources that would otherwise be decoded over and over: see cell_store.h for which. Without one they are.
+  std::shared_ptr<ScratchFile> scratch;
 };
 
 // Any number of threads at once. Chooses by content, not by suffix. kIo missing or unreadable, kInvalidData damaged, kUnsupported a valid

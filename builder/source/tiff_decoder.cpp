@@ -13,10 +13,7 @@
 namespace vt::source {
 namespace {
 
-// Blocks larger than this are cut into cells of about kCutCellBytes where that is possible.
-constexpr std::int64_t kLargestUncutBlock = std::int64_t{16} << 20;
-constexpr std::int64_t kCutCellBytes = std::int64_t{4} << 20;
-
+constexpr std::int64_t kMostlyWantedBytes = std::int64_t{4} << 20;  // of one read that takes along what lies between wanted samples
 constexpr std::int64_t kHashedAtOnce = std::int64_t{1} << 20;
 
 static_assert(std::endian::native == std::endian::little, "24-bit samples and libtiff's RGBA words are taken apart as little-endian");
@@ -86,31 +83,37 @@ TiffDecoder::TiffDecoder(std::shared_ptr<const FileBytes> file, std::uint16_t di
       handles_(std::move(file), directory) {}
 
 Result<std::unique_ptr<TiffDecoder>> TiffDecoder::create(std::unique_ptr<TiffHandle> handle, std::shared_ptr<const FileBytes> file,
-                                                         std::uint16_t directory, TiffLayout layout,
-                                                         const store::ContentHash& fingerprint) {
+                                                         std::uint16_t directory, TiffLayout layout, const store::ContentHash& fingerprint,
+                                                         const BlockCache& cache) {
   std::unique_ptr<TiffDecoder> decoder(new TiffDecoder(std::move(file), directory, std::move(layout), fingerprint));
   TiffDecoder& d = *decoder;
   const TiffLayout& l = d.layout_;
   const bool rgba = l.recipe == SampleRecipe::kLibtiffRgba;
-  d.sample_stride_ = static_cast<std::int64_t>(sample_bytes(l.sample_type)) * l.bands_per_plane();
   const std::int64_t stored_samples = l.planar_separate ? 1 : l.samples_per_pixel;
   d.stored_row_bytes_ = rgba ? l.block_width * 4 : (l.block_width * stored_samples * l.bits + 7) / 8;
   d.rows_are_seekable_ = l.compression == COMPRESSION_NONE && !l.fill_order_reversed && !rgba;
   d.direct_ = d.rows_are_seekable_ && l.recipe == SampleRecipe::kNative && l.palette.empty() && !l.invert && !l.alpha_is_associated;
 
-  const std::int64_t row_bytes = std::max(d.stored_row_bytes_, d.cell_row_bytes());
-  d.rows_per_cell_ = l.block_height;
+  CellGrid& grid = d.grid_;
+  grid = {.width = l.width,
+          .height = l.height,
+          .block_width = l.block_width,
+          .block_height = l.block_height,
+          .rows_per_cell = l.block_height,
+          .stride = static_cast<std::int64_t>(sample_bytes(l.sample_type)) * l.bands_per_plane(),
+          .planes = l.planar_separate ? l.bands : 1};
+  const std::int64_t row_bytes = std::max(d.stored_row_bytes_, grid.row_bytes());
   const bool can_be_cut = d.rows_are_seekable_ || (!l.tiled && !rgba);
-  if (can_be_cut && row_bytes > kLargestUncutBlock / l.block_height) {
-    d.rows_per_cell_ = std::clamp<std::int64_t>(kCutCellBytes / row_bytes, 1, l.block_height);
-    d.cells_per_block_ = (l.block_height + d.rows_per_cell_ - 1) / d.rows_per_cell_;
+  if (can_be_cut && row_bytes > largest_cell_bytes(cache) / l.block_height) {
+    grid.rows_per_cell = std::min(rows_of_cut_cell(cache, row_bytes), l.block_height);
+    grid.is_sequential = !d.rows_are_seekable_;
   }
-  if (!d.direct_ && row_bytes > kMaxCellBytes / d.rows_per_cell_) {
+  if (!d.direct_ && row_bytes > kMaxCellBytes / grid.rows_per_cell) {
     return fail(
         ErrorCode::kUnsupported,
         fmt::format("{}: {} of {} x {} samples in one piece are {} MB unpacked, more than {} MB; rewrite the file with smaller tiles",
                     d.name_, l.tiled ? "tiles" : "strips", l.block_width, l.block_height,
-                    (static_cast<double>(row_bytes) * static_cast<double>(d.rows_per_cell_)) / (1 << 20), kMaxCellBytes >> 20));
+                    (static_cast<double>(row_bytes) * static_cast<double>(grid.rows_per_cell)) / (1 << 20), kMaxCellBytes >> 20));
   }
   if (!rgba) {
     // libtiff must agree on the size of a row, or its writes would not fit our buffers.
@@ -122,20 +125,6 @@ Result<std::unique_ptr<TiffDecoder>> TiffDecoder::create(std::unique_ptr<TiffHan
   }
   d.handles_.give(std::move(handle));
   return decoder;
-}
-
-std::int64_t TiffDecoder::cell_of_row(std::int64_t row) const {
-  const std::int64_t block_y = row / layout_.block_height;
-  return block_y * cells_per_block_ + (row - block_y * layout_.block_height) / rows_per_cell_;
-}
-
-std::int64_t TiffDecoder::first_row(std::int64_t cell_y) const {
-  return cell_y / cells_per_block_ * layout_.block_height + cell_y % cells_per_block_ * rows_per_cell_;
-}
-
-std::int64_t TiffDecoder::cell_rows(std::int64_t cell_y) const {
-  const std::int64_t left_in_block = layout_.rows_in_block(cell_y / cells_per_block_) - cell_y % cells_per_block_ * rows_per_cell_;
-  return std::min(rows_per_cell_, left_in_block);
 }
 
 std::uint32_t TiffDecoder::block_index(std::int64_t block_x, std::int64_t block_y, int plane) const {
@@ -197,11 +186,11 @@ Result<void> TiffDecoder::read_direct(const BlockRect& rect, std::span<std::byte
     return {};
   }
   const std::int64_t raster_row = rect.block_y * layout_.block_height + rect.row;
-  const std::int64_t offset = rect.row * stored_row_bytes_ + rect.column * sample_stride_;
+  const std::int64_t offset = rect.row * stored_row_bytes_ + rect.column * grid_.stride;
   if (rect.columns == layout_.block_width) return read_uncompressed(place, rect.block_x, raster_row, offset, out);
 
-  const auto wanted_bytes = static_cast<std::size_t>(rect.columns * sample_stride_);
-  const bool mostly_wanted = rect.columns * 2 >= layout_.block_width && stored_row_bytes_ * rect.rows <= kCutCellBytes;
+  const auto wanted_bytes = static_cast<std::size_t>(rect.columns * grid_.stride);
+  const bool mostly_wanted = rect.columns * 2 >= layout_.block_width && stored_row_bytes_ * rect.rows <= kMostlyWantedBytes;
   if (!mostly_wanted) {
     for (std::int64_t row = 0; row < rect.rows; ++row) {
       VT_CHECK(read_uncompressed(place, rect.block_x, raster_row + row, offset + row * stored_row_bytes_,
@@ -270,7 +259,8 @@ Result<void> TiffDecoder::decode_whole(TiffHandle& handle, std::uint32_t index, 
 Result<void> TiffDecoder::decode_scanlines(TiffHandle& handle, std::int64_t first, std::int64_t rows, int plane, Block& out) const {
   const std::int64_t strip_start = first / layout_.block_height * layout_.block_height;
   const bool goes_on = handle.scanline_plane == plane && handle.next_scanline >= strip_start && handle.next_scanline <= first;
-  std::int64_t row = goes_on ? handle.next_scanline : strip_start;
+  const std::int64_t started_at = goes_on ? handle.next_scanline : strip_start;
+  std::int64_t row = started_at;
   handle.next_scanline = -1;
   Block skipped;
   for (; row < first + rows; ++row) {
@@ -286,6 +276,7 @@ Result<void> TiffDecoder::decode_scanlines(TiffHandle& handle, std::int64_t firs
       return fail(ErrorCode::kCorrupt, fmt::format("row {}: {}", row, handle.error()));
     }
   }
+  decoded_bytes_.fetch_add(static_cast<std::uint64_t>((row - started_at) * stored_row_bytes_), std::memory_order_relaxed);
   handle.next_scanline = row;
   handle.scanline_plane = plane;
   return {};
@@ -310,10 +301,10 @@ Result<void> TiffDecoder::decode_rgba(TiffHandle& handle, std::int64_t block_x, 
 }
 
 Result<Block> TiffDecoder::stored_cell(std::int64_t cell_x, std::int64_t cell_y, int plane) const {
-  const std::int64_t block_y = cell_y / cells_per_block_;
-  const std::int64_t first = first_row(cell_y);
-  const std::int64_t rows = cell_rows(cell_y);
-  const bool by_scanline = !layout_.tiled && !rows_are_seekable_ && cells_per_block_ > 1;
+  const std::int64_t block_y = cell_y / grid_.cells_per_block();
+  const std::int64_t first = grid_.first_row(cell_y);
+  const std::int64_t rows = grid_.cell_rows(cell_y);
+  const bool by_scanline = grid_.is_sequential && grid_.cells_per_block() > 1;
   VT_ASSIGN(auto handle, handles_.borrow(by_scanline ? first : -1, plane));
   VT_ASSIGN(const BlockPlace place, block_place(*handle, cell_x, block_y, plane));
   // Rows of a tile that stick out of the raster are not asked for: some writers leave them out.
@@ -330,6 +321,7 @@ Result<Block> TiffDecoder::stored_cell(std::int64_t cell_x, std::int64_t cell_y,
   Result<void> decoded = layout_.recipe == SampleRecipe::kLibtiffRgba ? decode_rgba(*handle, cell_x, block_y, stored)
                          : by_scanline                                ? decode_scanlines(*handle, first, rows, plane, stored)
                                                                       : decode_whole(*handle, block_index(cell_x, block_y, plane), stored);
+  if (!by_scanline) decoded_bytes_.fetch_add(stored.size(), std::memory_order_relaxed);
   if (!decoded && handle->io_error()) return tl::unexpected(*handle->io_error());
   if (!decoded) return damaged(cell_x, first, decoded.error().message);
   // libtiff brings 24-bit samples into native order; unpacking wants them as they are in the file.
@@ -415,11 +407,11 @@ Block TiffDecoder::converted(Block stored, std::int64_t rows) const {
 
 Result<Block> TiffDecoder::decode_cell(std::int64_t cell_x, std::int64_t cell_y, int plane) const {
   VT_ASSIGN(Block stored, stored_cell(cell_x, cell_y, plane));
-  return converted(std::move(stored), cell_rows(cell_y));
+  return converted(std::move(stored), grid_.cell_rows(cell_y));
 }
 
 Result<store::ContentHash> TiffDecoder::hash_piece(std::int64_t cell_x, std::int64_t cell_y, int plane) const {
-  const std::int64_t block_y = cell_y / cells_per_block_;
+  const std::int64_t block_y = cell_y / grid_.cells_per_block();
   BlockPlace place;
   {
     VT_ASSIGN(auto handle, handles_.borrow());
@@ -427,8 +419,8 @@ Result<store::ContentHash> TiffDecoder::hash_piece(std::int64_t cell_x, std::int
   }
   if (place.is_sparse()) return store::ContentHash{};
   if (rows_are_seekable_) {
-    const auto offset = static_cast<std::uint64_t>((first_row(cell_y) - block_y * layout_.block_height) * stored_row_bytes_);
-    const auto wanted = static_cast<std::uint64_t>(cell_rows(cell_y) * stored_row_bytes_);
+    const auto offset = static_cast<std::uint64_t>((grid_.first_row(cell_y) - block_y * layout_.block_height) * stored_row_bytes_);
+    const auto wanted = static_cast<std::uint64_t>(grid_.cell_rows(cell_y) * stored_row_bytes_);
     // A block that is too short cannot be read, but it can be told from others.
     place.offset += std::min(offset, place.bytes);
     place.bytes = std::min(wanted, place.bytes - std::min(offset, place.bytes));
@@ -438,7 +430,7 @@ Result<store::ContentHash> TiffDecoder::hash_piece(std::int64_t cell_x, std::int
   for (std::uint64_t done = 0; done < place.bytes;) {
     const auto part = std::span(buffer).first(static_cast<std::size_t>(std::min<std::uint64_t>(buffer.size(), place.bytes - done)));
     VT_ASSIGN(const std::size_t got, file_->read_some(place.offset + done, part));
-    if (got != part.size()) return damaged(cell_x, first_row(cell_y), "the file ends early; it is incomplete");
+    if (got != part.size()) return damaged(cell_x, grid_.first_row(cell_y), "the file ends early; it is incomplete");
     hasher.add(part);
     done += part.size();
   }
@@ -446,10 +438,13 @@ Result<store::ContentHash> TiffDecoder::hash_piece(std::int64_t cell_x, std::int
 }
 
 std::size_t TiffDecoder::resident_bytes() const {
-  if (direct_) return static_cast<std::size_t>(kCutCellBytes);
-  const std::int64_t stored = stored_row_bytes_ * rows_per_cell_;
-  const std::int64_t converted_cell = cell_row_bytes() * rows_per_cell_;
-  return static_cast<std::size_t>(std::max<std::int64_t>(stored + converted_cell, kHashedAtOnce));
+  if (direct_) return static_cast<std::size_t>(kMostlyWantedBytes);
+  const std::int64_t cell = stored_row_bytes_ * grid_.rows_per_cell + grid_.cell_bytes();
+  if (rows_are_seekable_) return static_cast<std::size_t>(std::max(cell, kHashedAtOnce));
+  // libtiff holds the compressed bytes of a block whole. They may be a little more than the samples, never more than the file.
+  const auto unpacked = static_cast<std::uint64_t>(stored_row_bytes_) * static_cast<std::uint64_t>(grid_.block_height);
+  const std::uint64_t compressed = std::min(file_->size(), unpacked + unpacked / 8);
+  return static_cast<std::size_t>(cell) + static_cast<std::size_t>(std::max<std::uint64_t>(compressed, kHashedAtOnce));
 }
 
 }  // namespace vt::source

@@ -3,43 +3,40 @@
 // size are cut, only a compressed tile can be refused for its size (kMaxCellBytes). Any number of threads.
 #pragma once
 
+#include <atomic>
 #include <cstdint>
 #include <memory>
 #include <span>
 #include <string>
 
-#include "builder/source/block_cache.h"
+#include "builder/source/cell_store.h"
 #include "builder/source/tiff_handle.h"
 #include "builder/source/tiff_layout.h"
 #include "store/result.h"
 
 namespace vt::source {
 
-class TiffDecoder {
+class TiffDecoder final : public CellDecoder {
  public:
   // `fingerprint`: of the directory's tags that decoding depends on, see decode_fingerprint(). `handle` stands at the directory and is kept
-  // for the first reader.
+  // for the first reader. `cache`: where the cells will be kept, which decides how large they may be.
   [[nodiscard]] static Result<std::unique_ptr<TiffDecoder>> create(std::unique_ptr<TiffHandle> handle,
                                                                    std::shared_ptr<const FileBytes> file, std::uint16_t directory,
-                                                                   TiffLayout layout, const store::ContentHash& fingerprint);
+                                                                   TiffLayout layout, const store::ContentHash& fingerprint,
+                                                                   const BlockCache& cache);
 
   [[nodiscard]] const TiffLayout& layout() const { return layout_; }
   [[nodiscard]] const store::ContentHash& fingerprint() const { return fingerprint_; }
   // Bytes that one call holds at most while it runs.
   [[nodiscard]] std::size_t resident_bytes() const;
 
-  // Cells: `block_width` wide (the last column of tiles sticks out of the raster), `cell_rows` high.
-  [[nodiscard]] std::int64_t cells_down() const { return layout_.blocks_down * cells_per_block_; }
-  [[nodiscard]] std::int64_t cell_of_row(std::int64_t row) const;
-  [[nodiscard]] std::int64_t first_row(std::int64_t cell_y) const;
-  [[nodiscard]] std::int64_t cell_rows(std::int64_t cell_y) const;  // inside the raster
-  [[nodiscard]] std::int64_t cell_row_bytes() const { return layout_.block_width * sample_stride_; }
-
-  // cell_rows x block_width samples of layout().bands_per_plane() bands each, interleaved.
-  [[nodiscard]] Result<Block> decode_cell(std::int64_t cell_x, std::int64_t cell_y, int plane) const;
+  [[nodiscard]] const CellGrid& grid() const override { return grid_; }
+  [[nodiscard]] Result<Block> decode_cell(std::int64_t cell_x, std::int64_t cell_y, int plane) const override;
+  // Bytes of samples decoded so far, those that were only passed over included.
+  [[nodiscard]] std::uint64_t decoded_bytes() const { return decoded_bytes_.load(std::memory_order_relaxed); }
 
   // Stored pieces, known again by their hash: whole blocks of compressed files, single cells where rows can be found in the file.
-  [[nodiscard]] std::int64_t cells_per_piece() const { return rows_are_seekable_ ? 1 : cells_per_block_; }
+  [[nodiscard]] std::int64_t cells_per_piece() const { return rows_are_seekable_ ? 1 : grid_.cells_per_block(); }
   [[nodiscard]] std::int64_t first_cell_of_piece(std::int64_t cell_y) const { return cell_y - cell_y % cells_per_piece(); }
   // Of the piece that begins with this cell. Reads all its stored bytes, a little at a time. A block that was never written has the hash
   // of 16 zeros.
@@ -89,9 +86,8 @@ class TiffDecoder {
   bool direct_ = false;
   bool rows_are_seekable_ = false;     // uncompressed: rows are read from their place in the file
   std::int64_t stored_row_bytes_ = 0;  // of one row of a block
-  std::int64_t sample_stride_ = 0;     // bytes from one of our samples to the next in a cell
-  std::int64_t rows_per_cell_ = 0;
-  std::int64_t cells_per_block_ = 1;
+  CellGrid grid_;
+  mutable std::atomic<std::uint64_t> decoded_bytes_ = 0;
 };
 
 }  // namespace vt::source

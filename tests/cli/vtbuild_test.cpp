@@ -8,6 +8,7 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <nlohmann/json.hpp>
 #include <set>
 
 #include "tests/cli/picture_file.h"
@@ -182,6 +183,47 @@ TEST_F(VtbuildTest, AStoreIsDrawnOnBothPaths) {
   EXPECT_LE(largest, 2);
 }
 #endif
+
+TEST_F(VtbuildTest, UpdatesWhatChangedAndReportsItAsJson) {
+  make_scene();
+  const std::vector<std::string> command = {"layer",  "scene/imagery.tif", "-o",         "a.vts",  "--channel",
+                                            "color",  "--block",           "1",          "--tile", "64",
+                                            "--json", "--stats",           "--progress", "none"};
+  const auto report_of = [&](const std::vector<std::string>& arguments) {
+    const Outcome outcome = run(arguments);
+    EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+    const auto document = nlohmann::json::parse(outcome.out, nullptr, false);
+    EXPECT_EQ(schema_complaints("vtbuild-report", document), "") << outcome.out;
+    return document["layers"][0];
+  };
+  const auto built = report_of(command);
+  EXPECT_GT(built["tile_changes"]["written"], 80);
+  EXPECT_EQ(built["tile_changes"]["written"], built["tiles"]);
+  EXPECT_GT(built["stage_seconds"]["read"], 0.0);
+
+  std::vector<std::string> update = command;
+  update.emplace_back("--update");
+  const auto same = report_of(update);
+  EXPECT_TRUE(same["was_complete"]);
+  EXPECT_EQ(same["blocks"]["changed"], 0);
+  EXPECT_EQ(same["blocks"]["checked"], 16);
+
+  // One sample of the uncompressed file, near its end, in no piece that a quick look would hash.
+  const auto size = std::filesystem::file_size(folder_ / "scene/imagery.tif");
+  {
+    std::fstream file(folder_ / "scene/imagery.tif", std::ios::binary | std::ios::in | std::ios::out);
+    file.seekg(static_cast<std::streamoff>(size - 70000));
+    const int byte = file.get();
+    file.seekp(static_cast<std::streamoff>(size - 70000));
+    file.put(static_cast<char>(byte ^ 0x55));
+  }
+  const auto changed = report_of(update);
+  EXPECT_FALSE(changed["was_complete"]);
+  EXPECT_GE(changed["blocks"]["changed"], 1);
+  EXPECT_LE(changed["blocks"]["changed"], 9);
+  EXPECT_GE(changed["tile_changes"]["written"], 1);
+  EXPECT_LT(changed["tile_changes"]["written"], 30);
+}
 
 }  // namespace
 }  // namespace vt::test

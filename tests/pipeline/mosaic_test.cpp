@@ -1,6 +1,7 @@
 // Several sources, other grids, other projections.
 #include <gtest/gtest.h>
 
+#include "builder/pipeline/input_list.h"
 #include "tests/pipeline/small_builds.h"
 
 namespace vt::pipeline {
@@ -68,6 +69,56 @@ TEST(Mosaic, GapsAndOverlapsBuildTheSameAtAnyBlockSize) {
       const auto texel = texel_at<std::uint8_t, 3>(*first, 5, Level{4}, x, y);
       for (int band = 0; band < 3; ++band) ASSERT_EQ(texel[static_cast<std::size_t>(band)], noisy_code(x, y, band)) << x << "," << y;
     }
+}
+
+// More files than a list in the settings holds, named by their folder.
+TEST(Mosaic, AFolderOfManyFilesEqualsTheWhole) {
+  const test::TempFolder folder;
+  const RasterSpec whole{.width = 320, .height = 320, .bands = 1, .type = SampleType::kInt16, .nodata = -5.0};
+  const auto height = [](std::int64_t x, std::int64_t y, int) { return (x * 3 + y) % 37 == 0 ? -5.0 : static_cast<double>(x * 7 - y * 5); };
+  write_raster(folder / "whole.tif", whole, height);
+  std::filesystem::create_directory(folder / "tiles");
+  for (std::int64_t y = 0; y < 10; ++y)
+    for (std::int64_t x = 0; x < 10; ++x) {
+      RasterSpec spec = whole;
+      spec.width = spec.height = 32;
+      spec.transform.x0 += static_cast<double>(x * 32) * spec.transform.x_column;
+      spec.transform.y0 += static_cast<double>(y * 32) * spec.transform.y_row;
+      const std::string name = "tiles/" + std::to_string(y) + "_" + std::to_string(x) + ".tif";
+      write_raster(folder / name, spec, [&](std::int64_t i, std::int64_t j, int band) { return height(i + x * 32, j + y * 32, band); });
+    }
+  const BuildReport wanted = build(folder / "whole.vts", request_for({folder / "whole.tif"}, ChannelType::kElevation));
+  const LayerRequest request = request_for(expand_input(folder / "tiles").value(), ChannelType::kElevation);
+  EXPECT_EQ(build(folder / "tiles.vts", request).tiles, wanted.tiles);
+  EXPECT_EQ(tiles_of(folder / "tiles.vts", "elevation"), tiles_of(folder / "whole.vts", "elevation"));
+  EXPECT_TRUE(build(folder / "tiles.vts", request).was_complete) << "the same files again are the same settings";
+
+  // One sample of one of them: the store knows that it was built from others.
+  RasterSpec changed = whole;
+  changed.width = changed.height = 32;
+  changed.transform.x0 += 9 * 32 * changed.transform.x_column;
+  changed.transform.y0 += 9 * 32 * changed.transform.y_row;
+  write_raster(folder / "tiles/9_9.tif", changed, [&](auto, auto, int) { return 1.0; });
+  const auto after = plan_layer(request, std::nullopt, 1 << 20);
+  ASSERT_TRUE(after.has_value());
+  EXPECT_EQ(after->settings["sources"]["count"], 100);
+  auto reader = store::StoreReader::open(folder / "tiles.vts");
+  const auto stored = nlohmann::json::parse(reader->find_layer("elevation")->metadata_json);
+  EXPECT_NE(stored["settings"]["sources"]["content"], after->settings["sources"]["content"]);
+}
+
+TEST(Mosaic, OfSeveralBadFilesTheFirstIsNamed) {
+  const test::TempFolder folder;
+  std::vector<std::filesystem::path> pieces;
+  for (int i = 0; i < 30; ++i) {
+    pieces.push_back(folder / ("p" + std::to_string(i) + ".tif"));
+    if (i < 11) write_raster(pieces.back(), {.width = 8, .height = 8}, noisy_code);
+  }
+  for (int round = 0; round < 5; ++round) {
+    const auto plan = plan_layer(request_for(pieces, ChannelType::kColor), std::nullopt, {.threads = 4});
+    ASSERT_FALSE(plan.has_value());
+    EXPECT_NE(plan.error().message.find("p11.tif"), std::string::npos) << plan.error().message;
+  }
 }
 
 TEST(Mosaic, LaterSourcesLieOverEarlierOnes) {

@@ -52,6 +52,24 @@ TEST_F(SceneFile, GivesBackWhatItSays) {
   EXPECT_FALSE(scene->layers[1].format.has_value());
 }
 
+TEST_F(SceneFile, AFolderOrAListIsAllItsFiles) {
+  std::filesystem::create_directory(folder_ / "tiles");
+  for (const char* name : {"tiles/b.tif", "tiles/a.tif"}) std::ofstream(folder_ / name) << "x";
+  std::ofstream(folder_ / "list.txt") << "z.tif\ny.tif\n";
+  const auto scene = read(R"({"format": "vt-scene", "version": 1, "name": "n",
+    "layers": [{"name": "c", "channel": "color", "sources": [{"file": "tiles/", "nodata": 3}, "@list.txt"]}]})");
+  ASSERT_TRUE(scene.has_value()) << scene.error().message;
+  const std::vector<SourceRequest>& sources = scene->layers[0].sources;
+  ASSERT_EQ(sources.size(), 4U);
+  EXPECT_EQ(sources[0].path, folder_ / "tiles/a.tif");
+  EXPECT_EQ(sources[1].path, folder_ / "tiles/b.tif");
+  EXPECT_EQ(sources[1].nodata, 3.0);
+  EXPECT_EQ(sources[2].path, folder_ / "z.tif");
+  EXPECT_EQ(sources[3].nodata, std::nullopt);
+  expect_refused(R"({"format": "vt-scene", "version": 1, "name": "n", "layers": [{"name": "c", "channel": "color", "sources": ["."]}]})",
+                 "/layers/0/sources/0");
+}
+
 TEST_F(SceneFile, NamesTheJsonPathOfWhatIsWrong) {
   const std::string head = R"({"format": "vt-scene", "version": 1, "name": "n", "layers": [)";
   expect_refused(head + R"({"name": "c", "channel": "colour", "sources": ["a.tif"]}]})", "/layers/0/channel");

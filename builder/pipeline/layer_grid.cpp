@@ -1,0 +1,132 @@
+#include "builder/pipeline/layer_grid.h"
+
+#include <algorithm>
+#include <cstdint>
+#include <string>
+
+namespace vt::pipeline {
+namespace {
+
+using source::RasterInfo;
+
+Result<Point2> convert(const geo::Crs& to, const geo::Crs& from, Point2 p) {
+  if (to.same_coordinates(from)) return p;
+  VT_ASSIGN(const Point2 lonlat, from.lonlat_from_crs(p));
+  return to.crs_from_lonlat(lonlat);
+}
+
+// Texel size in the layer's CRS that keeps the source's own resolution at its centre.
+Result<Point2> native_step(const geo::Crs& crs, const OpenSource& source) {
+  const RasterInfo& info = source.raster->info();
+  const geo::GeoTransform& transform = source.transform;
+  const Point2 centre{static_cast<double>(info.width) / 2, static_cast<double>(info.height) / 2};
+  VT_ASSIGN(const Point2 here, convert(crs, source.crs, transform.crs_from_raster(centre)));
+  VT_ASSIGN(const Point2 east, convert(crs, source.crs, transform.crs_from_raster({centre.x + 1, centre.y})));
+  VT_ASSIGN(const Point2 south, convert(crs, source.crs, transform.crs_from_raster({centre.x, centre.y + 1})));
+  return Point2{std::hypot(east.x - here.x, south.x - here.x), std::hypot(east.y - here.y, south.y - here.y)};
+}
+
+// A ground sample distance in CRS units: metres of the grid where the CRS is projected (a UTM image "of 0.5 m" has texels of 0.5 grid
+// metres), metres on the ground at the centre where it is in degrees.
+Result<Point2> step_of_gsd(const geo::Crs& crs, double gsd_m, const Bounds& bounds) {
+  if (!(gsd_m > 0.0) || !std::isfinite(gsd_m)) return fail(ErrorCode::kUsage, "the ground sample distance must be greater than 0 metres");
+  switch (crs.definition().projection) {
+    case geo::Projection::kPixel:
+      return Point2{gsd_m, gsd_m};
+    case geo::Projection::kTransverseMercator:
+    case geo::Projection::kWebMercator:
+      return Point2{gsd_m / crs.definition().metres_per_unit, gsd_m / crs.definition().metres_per_unit};
+    case geo::Projection::kGeographic:
+      break;
+  }
+  VT_ASSIGN(const Point2 metres, crs.metres_per_unit_at({(bounds.west + bounds.east) / 2, (bounds.south + bounds.north) / 2}));
+  return Point2{gsd_m / metres.x, gsd_m / metres.y};
+}
+
+}  // namespace
+
+void Bounds::add(Point2 p) {
+  west = std::min(west, p.x);
+  east = std::max(east, p.x);
+  south = std::min(south, p.y);
+  north = std::max(north, p.y);
+}
+
+void Bounds::add(const Bounds& other) {
+  add(Point2{other.west, other.south});
+  add(Point2{other.east, other.north});
+}
+
+// Edges may bulge when reprojected, so they are followed in small steps: 32 samples of a small raster, 1/64 of the edge of a large one.
+Result<Bounds> bounds_in(const geo::Crs& crs, const OpenSource& source) {
+  const RasterInfo& info = source.raster->info();
+  const geo::GeoTransform& transform = source.transform;
+  const auto follow = static_cast<int>(std::clamp<std::int64_t>(std::max(info.width, info.height) / 32, 4, 64));
+  const int steps = crs.same_coordinates(source.crs) ? 1 : follow;
+  const auto width = static_cast<double>(info.width);
+  const auto height = static_cast<double>(info.height);
+  Bounds bounds;
+  for (int i = 0; i <= steps; ++i) {
+    const double f = static_cast<double>(i) / steps;
+    for (const Point2 corner : {Point2{f * width, 0.0}, Point2{f * width, height}, Point2{0.0, f * height}, Point2{width, f * height}}) {
+      auto p = convert(crs, source.crs, transform.crs_from_raster(corner));
+      if (!p)
+        return fail(ErrorCode::kInvalidData,
+                    source.request.path.string() + ": cannot be placed in " + crs.text() + ": " + p.error().message);
+      bounds.add(*p);
+    }
+  }
+  return bounds;
+}
+
+Result<GridPlacement> choose_grid(const LayerRequest& request, const geo::Crs& crs, const OpenSource& first, const Bounds& bounds) {
+  const geo::GeoTransform& transform = first.transform;
+  GridPlacement grid;
+  std::optional<Point2> asked_step;
+  if (request.gsd_m) {
+    VT_ASSIGN(asked_step, step_of_gsd(crs, *request.gsd_m, bounds));
+  }
+  const auto is_own_step = [&] {
+    const auto same = [](double a, double b) { return std::abs(a - b) <= 1e-6 * b; };
+    return !asked_step || (same(asked_step->x, transform.x_column) && same(asked_step->y, -transform.y_row));
+  };
+  const bool own_grid = transform.is_north_up() && crs.same_coordinates(first.crs) && is_own_step();
+  if (own_grid) {
+    grid.step_x = transform.x_column;
+    grid.step_y = -transform.y_row;
+    // On the first source's own grid lines, moved outward by whole texels to cover the others.
+    grid.origin_x = transform.x0 + std::floor((bounds.west - transform.x0) / grid.step_x + kGridTolerance) * grid.step_x;
+    grid.origin_y = transform.y0 - std::floor((transform.y0 - bounds.north) / grid.step_y + kGridTolerance) * grid.step_y;
+    return grid;
+  }
+  Point2 step;
+  if (asked_step) {
+    step = *asked_step;
+  } else {
+    VT_ASSIGN(step, native_step(crs, first));
+  }
+  grid.step_x = step.x;
+  grid.step_y = step.y;
+  grid.origin_x = bounds.west;
+  grid.origin_y = bounds.north;
+  return grid;
+}
+
+Result<void> set_size(const Bounds& bounds, LayerInfo& info) {
+  const double columns = (bounds.east - info.grid.origin_x) / info.grid.step_x;
+  const double rows = (info.grid.origin_y - bounds.south) / info.grid.step_y;
+  const double limit = std::ldexp(1.0, kMaxVtExponent);
+  if (!(columns > 0.0) || !(rows > 0.0) || columns > limit || rows > limit)
+    return fail(ErrorCode::kInvalidData, "the finest level would have " + std::to_string(columns) + " x " + std::to_string(rows) +
+                                             " texels; 1 to 2^31 are possible. Check --gsd, --crs and --extent");
+  info.data.width = std::max<std::int64_t>(1, static_cast<std::int64_t>(std::ceil(columns - kGridTolerance)));
+  info.data.height = std::max<std::int64_t>(1, static_cast<std::int64_t>(std::ceil(rows - kGridTolerance)));
+  const std::int64_t longest = std::max(info.data.width, info.data.height);
+  info.finest.value = 0;
+  while ((std::int64_t{1} << info.vt_exponent()) < longest) ++info.finest.value;
+  if (info.vt_exponent() > kMaxVtExponent)
+    return fail(ErrorCode::kInvalidData, "the finest level needs more than 2^31 texels along an edge");
+  return {};
+}
+
+}  // namespace vt::pipeline

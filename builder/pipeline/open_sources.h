@@ -1,0 +1,41 @@
+// The files behind a layer, opened and known: what they hold, where they say they lie, which content they have.
+#pragma once
+
+#include <memory>
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+#include <vector>
+
+#include "builder/geo/crs.h"
+#include "builder/geo/geo_transform.h"
+#include "builder/pipeline/layer_request.h"
+#include "builder/source/block_cache.h"
+#include "builder/source/file_pool.h"
+#include "builder/source/raster_source.h"
+#include "store/result.h"
+
+namespace vt::pipeline {
+
+struct OpenSource {
+  SourceRequest request;
+  std::shared_ptr<const source::RasterSource> raster;
+  geo::Crs crs;
+  geo::GeoTransform transform;  // of a picture without a place: its lower left corner at (0, 0), one unit a sample
+  std::string fingerprint;      // of the file's content
+};
+
+// What all sources of a layer share.
+struct SharedReading {
+  std::shared_ptr<source::BlockCache> cache;  // decoded blocks
+  std::shared_ptr<source::FilePool> files;    // descriptors and decoders
+};
+
+// In the order of the requests, on `threads` threads. Errors name the file and say which option helps; of several, the first in order.
+[[nodiscard]] Result<std::vector<OpenSource>> open_sources(const std::vector<SourceRequest>& requests, const SharedReading& shared,
+                                                           int threads);
+
+// What decides the samples and their place, for the layer's settings. A long list is given as its length and a hash of all of it: the
+// settings are part of the store and written with every checkpoint.
+[[nodiscard]] nlohmann::ordered_json facts_of(const std::vector<OpenSource>& sources);
+
+}  // namespace vt::pipeline

@@ -1,0 +1,51 @@
+#include "builder/pipeline/parallel.h"
+
+#include <algorithm>
+#include <atomic>
+#include <exception>
+#include <mutex>
+#include <optional>
+#include <thread>
+#include <vector>
+
+namespace vt::pipeline {
+
+int thread_count(int requested) { return requested > 0 ? requested : std::max(1, static_cast<int>(std::thread::hardware_concurrency())); }
+
+Result<void> for_each_index(std::size_t count, int threads, const std::function<Result<void>(std::size_t)>& step) {
+  std::atomic<std::size_t> next{0};
+  std::mutex mutex;
+  std::size_t failed_at = count;  // under the mutex
+  std::optional<Error> error;     // under the mutex
+  const auto guarded = [&](std::size_t index) -> Result<void> {
+    try {
+      return step(index);
+    } catch (const std::exception& problem) {
+      return fail(ErrorCode::kInternal, problem.what());
+    }
+  };
+  // Numbers are handed out in order, so every smaller one has been begun when a step fails, and will be heard before the threads are
+  // joined.
+  const auto work = [&] {
+    for (std::size_t index = next++; index < count; index = next++) {
+      auto result = guarded(index);
+      if (result) continue;
+      const std::lock_guard lock(mutex);
+      next = count;
+      if (index < failed_at) {
+        failed_at = index;
+        error = std::move(result).error();
+      }
+    }
+  };
+  {
+    std::vector<std::jthread> helpers;
+    const std::size_t wanted = std::min(count, static_cast<std::size_t>(std::max(threads, 1)));
+    for (std::size_t i = 1; i < wanted; ++i) helpers.emplace_back(work);
+    work();
+  }
+  if (error) return tl::unexpected(std::move(*error));
+  return {};
+}
+
+}  // namespace vt::pipeline

@@ -1,0 +1,94 @@
+#include "builder/pipeline/place_source.h"
+
+#include <cmath>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace vt::pipeline {
+namespace {
+
+using source::RasterInfo;
+
+// Which bands a channel reads, as indices, the coverage band last.
+Result<std::vector<int>> choose_bands(ChannelType channel, const OpenSource& source, bool with_alpha) {
+  const RasterInfo& info = source.raster->info();
+  std::vector<int> bands;
+  for (int band : source.request.bands) {
+    if (band < 1 || band > info.bands)
+      return fail(ErrorCode::kUsage, source.request.path.string() + ": band " + std::to_string(band) + " asked for, the file has 1 to " +
+                                         std::to_string(info.bands));
+    bands.push_back(band - 1);
+  }
+  if (bands.empty()) {
+    const int values = info.bands - (info.alpha_band >= 0 ? 1 : 0);
+    const int wanted = channel == ChannelType::kColor ? (values >= 3 ? 3 : 1) : 1;
+    for (int b = 0; b < info.bands && static_cast<int>(bands.size()) < wanted; ++b)
+      if (b != info.alpha_band) bands.push_back(b);
+  }
+  // A coverage band that was named among the others is not taken twice.
+  if (with_alpha) {
+    std::erase(bands, info.alpha_band);
+    bands.push_back(info.alpha_band);
+  }
+  return bands;
+}
+
+// The first sample in texels of the grid, when the source's grid is the layer's.
+std::optional<std::pair<std::int64_t, std::int64_t>> offset_on_grid(const GridPlacement& grid, const OpenSource& source) {
+  const RasterInfo& info = source.raster->info();
+  const geo::GeoTransform& transform = source.transform;
+  const double column = (transform.x0 - grid.origin_x) / grid.step_x;
+  const double row = (grid.origin_y - transform.y0) / grid.step_y;
+  const auto width = static_cast<double>(info.width);
+  const auto height = static_cast<double>(info.height);
+  const double end_column = (transform.x0 + width * transform.x_column - grid.origin_x) / grid.step_x;
+  const double end_row = (grid.origin_y - (transform.y0 + height * transform.y_row)) / grid.step_y;
+  const auto is_near = [](double a, double b) { return std::abs(a - b) <= kGridTolerance; };
+  if (!is_near(column, std::round(column)) || !is_near(row, std::round(row)) || !is_near(end_column, std::round(column) + width) ||
+      !is_near(end_row, std::round(row) + height))
+    return std::nullopt;
+  return std::pair(std::llround(column), std::llround(row));
+}
+
+}  // namespace
+
+Result<std::shared_ptr<const channels::ChannelCodec>> CodecShelf::codec_for(const LayerInfo& layer, const channels::SampleLayout& layout) {
+  for (const auto& [known, codec] : codecs_)
+    if (resample::same_layout(known, layout)) return codec;
+  VT_ASSIGN(std::shared_ptr<const channels::ChannelCodec> made, channels::make_codec(layer.channel, layout, layer.transfer, layer.format));
+  return codecs_.emplace_back(layout, std::move(made)).second;
+}
+
+Result<resample::PlacedSource> place_source(const LayerRequest& request, const LayerInfo& layer, const geo::Crs& crs,
+                                            const OpenSource& source, const Bounds& bounds) {
+  const RasterInfo& info = source.raster->info();
+  resample::PlacedSource placed;
+  placed.raster = source.raster;
+  placed.layout.type = info.sample_type;
+  placed.layout.has_alpha = info.alpha_band >= 0 && layer.channel == ChannelType::kColor;
+  placed.layout.nodata = info.nodata;
+  placed.layout.range = request.range;
+  VT_ASSIGN(placed.bands, choose_bands(layer.channel, source, placed.layout.has_alpha));
+  placed.layout.value_bands = static_cast<int>(placed.bands.size()) - (placed.layout.has_alpha ? 1 : 0);
+
+  const TexelRect whole{0, 0, layer.data.width, layer.data.height};
+  if (source.transform.is_north_up() && crs.same_coordinates(source.crs)) {
+    if (const auto offset = offset_on_grid(layer.grid, source)) {
+      placed.is_aligned = true;
+      std::tie(placed.offset_x, placed.offset_y) = *offset;
+      placed.covered = intersect({placed.offset_x, placed.offset_y, info.width, info.height}, whole);
+      return placed;
+    }
+  }
+  placed.warp = std::make_shared<const resample::GridWarp>(layer.grid, crs, source.transform, source.crs);
+  const auto x0 = static_cast<std::int64_t>(std::floor((bounds.west - layer.grid.origin_x) / layer.grid.step_x)) - 1;
+  const auto x1 = static_cast<std::int64_t>(std::ceil((bounds.east - layer.grid.origin_x) / layer.grid.step_x)) + 1;
+  const auto y0 = static_cast<std::int64_t>(std::floor((layer.grid.origin_y - bounds.north) / layer.grid.step_y)) - 1;
+  const auto y1 = static_cast<std::int64_t>(std::ceil((layer.grid.origin_y - bounds.south) / layer.grid.step_y)) + 1;
+  placed.covered = intersect({x0, y0, x1 - x0, y1 - y0}, whole);
+  return placed;
+}
+
+}  // namespace vt::pipeline

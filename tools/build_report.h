@@ -1,0 +1,18 @@
+// What vtbuild says when a layer is done: for people, and as JSON for programs (schemas/vtbuild-report.schema.json).
+#pragma once
+
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "builder/pipeline/layer_build.h"
+#include "builder/pipeline/layer_plan.h"
+
+namespace vt::tools {
+
+// "layer color: color as rgb8, ..."
+[[nodiscard]] std::string layer_line(const pipeline::LayerPlan& plan);
+
+void print_report(const pipeline::LayerPlan& plan, const pipeline::BuildReport& report, bool with_stats);
+[[nodiscard]] nlohmann::ordered_json report_json(const pipeline::LayerPlan& plan, const pipeline::BuildReport& report, bool with_stats);
+
+}  // namespace vt::tools
