@@ -15,6 +15,7 @@
 #include "store/layout.h"
 #include "store/store_reader.h"
 #include "store/store_writer.h"
+#include "store/validate.h"
 #include "tools/bench_commands.h"
 #include "tools/bench_index.h"
 #include "tools/bench_key_value.h"
@@ -242,6 +243,19 @@ Result<void> measure_update(const std::filesystem::path& path, const IndexShape&
   return {};
 }
 
+// A part of the tiles with the pages above them, as many as a person waits for.
+Result<void> measure_validation(const std::filesystem::path& path, double tiles, Figures& figures) {
+  constexpr std::uint64_t kSample = 100000;
+  Result<store::ValidationReport> report;
+  const double seconds = seconds_of([&] { report = store::validate(path, {.sample_tiles = kSample}); });
+  VT_CHECK(report);
+  if (!report->ok()) return fail(ErrorCode::kInternal, "lookup: the index is not valid: " + report->findings.front().sentence);
+  figures.add_once("validate", tiles, seconds,
+                   fmt::format("{} of {} tiles, {} in {:.2f} s", report->tiles_checked, report->tiles_in_store,
+                               cli::format_bytes(report->bytes_checked), seconds));
+  return {};
+}
+
 Result<void> measure_peers(const std::filesystem::path& folder, const IndexShape& shape, std::uint64_t most_tiles, Figures& figures) {
   const auto tiles = static_cast<double>(shape.tiles());
   for (const auto& peer : key_value_stores()) {
@@ -327,6 +341,7 @@ Result<void> measure_index(const LookupFlags& flags, std::uint64_t wanted_tiles,
     }
   }
   VT_CHECK(measure_update(path, shape, figures));
+  VT_CHECK(measure_validation(path, tiles, figures));
   std::error_code ignored;
   std::filesystem::remove(path, ignored);  // the peers may need its room
   return measure_peers(scratch.path(), shape, flags.peer_tiles, figures);
