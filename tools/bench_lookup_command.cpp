@@ -398,7 +398,8 @@ Result<void> paint_store(store::StoreWriter& writer) {
           texels.assign(rgb.begin(), rgb.end());
         }
         VT_ASSIGN(const store::Compression compression, store::parse_compression(layer.compression));
-        VT_ASSIGN(const store::EncodedPayload payload, store::encode_payload(texels, compression));
+        VT_ASSIGN(const store::EncodedPayload payload,
+                  store::encode_payload(texels, store::tile_shape(layer.format, sample::kSquare), compression));
         VT_CHECK(writer.put(ids[l], {kPaintedLevel, x, y}, payload));
       }
     }
