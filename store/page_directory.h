@@ -6,8 +6,10 @@
 
 #include <array>
 #include <atomic>
+#include <bit>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -36,10 +38,24 @@ class PageDirectory {
     Level level;
     std::uint64_t morton = 0;
   };
-  // False: a page on the way has not been checked yet. Otherwise `entry` is the tile's, absent when it has none.
-  [[nodiscard]] bool find(const Query& query, Reference& entry) const;
-  // The same for many at once: while the memory answers one, the others are asked. `found` and `entries` are as long as `queries`.
-  void find_many(std::span<const Query> queries, std::span<bool> found, std::span<Reference> entries) const;
+  // Where a tile's entry lies in the file: its kReferenceBytes in a page that was checked. Null when the tile is absent; not known when a
+  // page on the way has not been checked yet.
+  struct Place {
+    const std::byte* entry = nullptr;
+    bool is_known = false;
+
+    [[nodiscard]] Reference reference() const {
+      return entry == nullptr ? Reference{} : get_reference(std::span(entry, kReferenceBytes), 0);
+    }
+  };
+  [[nodiscard]] Place find(const Query& query) const {
+    const Way way = way_to(query, 0);
+    if (way.word == nullptr) return {.is_known = way.is_absent};
+    return place_in_leaf(way.word->load(std::memory_order_acquire), query.morton);
+  }
+  // The same for many at once, with all entries on their way to the processor's caches: while the memory answers one query, the others are
+  // asked. `places` is as long as `queries`.
+  void find_many(std::span<const Query> queries, std::span<Place> places) const;
 
   // Whether the page of `height` on the way to the tile is known.
   [[nodiscard]] bool knows(const Query& query, int height) const;
@@ -54,18 +70,64 @@ class PageDirectory {
   // 0: not known. A leaf: its record's place / 64, times 2, plus 1 when all its slots are present. An inner page: the address of its Node,
   // plus 1 in the same case.
   using Word = std::atomic<std::uint64_t>;
-  struct Node;
+  static constexpr std::uint64_t kFull = 1;
+
+  // Presence bits and ranks, as in a page.
+  struct Slots {
+    std::array<std::uint64_t, kPageWords> presence = {};
+    std::array<std::uint16_t, kPageWords> ranks = {};
+  };
+  // An inner page. The children's words follow it, one for each present slot.
+  struct alignas(64) Node {
+    Slots slots;
+
+    [[nodiscard]] static Node* of(std::uint64_t word) { return reinterpret_cast<Node*>(word & ~kFull); }
+    [[nodiscard]] Word* children() { return reinterpret_cast<Word*>(this + 1); }
+    // Null: the slot is absent.
+    [[nodiscard]] static Word* child(std::uint64_t word, int slot) {
+      Node* node = of(word);
+      if ((word & kFull) != 0) return node->children() + slot;
+      const std::size_t index = static_cast<std::size_t>(slot) / 64;
+      const std::uint64_t bit = std::uint64_t{1} << (slot % 64);
+      if ((node->slots.presence[index] & bit) == 0) return nullptr;
+      return node->children() + node->slots.ranks[index] + std::popcount(node->slots.presence[index] & (bit - 1));
+    }
+    [[nodiscard]] std::size_t count() const;
+    [[nodiscard]] static std::size_t bytes_for(std::size_t children) { return sizeof(Node) + sizeof(Word) * children; }
+    [[nodiscard]] static Node* make(std::span<const std::byte> payload, std::size_t children);
+    static void destroy(Node* node);
+  };
   // Where the word of a page is. Null: the way to it is not known, or the tile is absent because a page above has nothing there.
   struct Way {
     Word* word = nullptr;
     bool is_absent = false;
   };
 
+  // Acquire, because a word leads to a node that another thread has filled. The pages themselves never change.
+  [[nodiscard]] Way way_to(const Query& query, int height) const {
+    Word* at = &tops_[first_top_[query.layer] + query.level.value];
+    for (int above = top_height(query.level); above > height; --above) {
+      const std::uint64_t node = at->load(std::memory_order_acquire);
+      if (node == 0) return {};
+      at = Node::child(node, page_slot(query.morton, above));
+      if (at == nullptr) return {.is_absent = true};
+    }
+    return {.word = at};
+  }
+  [[nodiscard]] const std::byte* payload_of_leaf(std::uint64_t leaf) const {
+    return file_.data() + (leaf >> 1) * kRecordAlignment + kRecordHeaderBytes;
+  }
+  [[nodiscard]] Place place_in_leaf(std::uint64_t leaf, std::uint64_t morton) const {
+    if (leaf == 0) return {};
+    const std::byte* payload = payload_of_leaf(leaf);
+    const int slot = page_slot(morton, 0);
+    if ((leaf & kFull) != 0)
+      return {.entry = payload + kPageEntriesAt + kReferenceBytes * static_cast<std::size_t>(slot), .is_known = true};
+    const std::optional<std::size_t> number = page_entry_number(std::span(payload, kPageEntriesAt), slot);
+    if (!number) return {.is_known = true};
+    return {.entry = payload + kPageEntriesAt + kReferenceBytes * *number, .is_known = true};
+  }
   void swap(PageDirectory& other) noexcept;
-  [[nodiscard]] Word& top(const Query& query) const { return tops_[first_top_[query.layer] + query.level.value]; }
-  [[nodiscard]] Way way_to(const Query& query, int height) const;
-  [[nodiscard]] Reference entry_of_leaf(std::uint64_t leaf, std::uint64_t morton) const;
-  [[nodiscard]] std::span<const std::byte> payload_at(std::uint64_t offset) const { return file_.subspan(offset + kRecordHeaderBytes); }
   static void release(std::uint64_t word, int height);
 
   std::span<const std::byte> file_;

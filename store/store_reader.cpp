@@ -55,10 +55,9 @@ struct StoreReader::Impl {
   // The reference to a tile.
   [[nodiscard]] Result<Reference> find_tile(const LayerInfo& layer, TileId tile) const {
     if (!may_have(layer, tile)) return Reference{};
-    Reference found;
-    if (const auto query = query_for(layer, tile); !directory.find(query, found)) [[unlikely]]
-      return find_through_pages(layer, tile, query);
-    return found;
+    const auto query = query_for(layer, tile);
+    const PageDirectory::Place place = directory.find(query);
+    return place.is_known ? place.reference() : find_through_pages(layer, tile, query);
   }
   // The same through the pages of the tile's level from the top, each of which is checked when it is met for the first time.
   [[nodiscard]] Result<Reference> find_through_pages(const LayerInfo& layer, TileId tile, const PageDirectory::Query& query) const {
@@ -133,7 +132,11 @@ Result<TileLookup> StoreReader::lookup(LayerId id, TileId tile) const {
   const LayerInfo* layer = impl_->find(id);
   if (layer == nullptr) [[unlikely]]
     return impl_->unknown_layer(id);
-  VT_ASSIGN(const Reference found, impl_->find_tile(*layer, tile));
+  if (!Impl::may_have(*layer, tile)) return TileLookup{};
+  const auto query = impl_->query_for(*layer, tile);
+  if (const PageDirectory::Place place = impl_->directory.find(query); place.is_known) [[likely]]
+    return lookup_of(place.reference());
+  VT_ASSIGN(const Reference found, impl_->find_through_pages(*layer, tile, query));
   return lookup_of(found);
 }
 
@@ -142,22 +145,22 @@ Result<void> StoreReader::lookup_many(LayerId id, std::span<const TileId> tiles,
   const LayerInfo* layer = impl_->find(id);
   if (layer == nullptr) return impl_->unknown_layer(id);
   std::array<PageDirectory::Query, PageDirectory::kBatch> queries;
-  std::array<bool, PageDirectory::kBatch> known;
-  std::array<Reference, PageDirectory::kBatch> found;
+  std::array<PageDirectory::Place, PageDirectory::kBatch> places;
   for (std::size_t first = 0; first < tiles.size(); first += queries.size()) {
     const auto batch = tiles.subspan(first, std::min(queries.size(), tiles.size() - first));
     // A tile outside the pyramid asks for the root instead, and its answer is not looked at.
     for (std::size_t i = 0; i < batch.size(); ++i)
       queries[i] = impl_->query_for(*layer, Impl::may_have(*layer, batch[i]) ? batch[i] : TileId{});
-    impl_->directory.find_many(std::span(queries).first(batch.size()), std::span(known).first(batch.size()),
-                               std::span(found).first(batch.size()));
+    impl_->directory.find_many(std::span(queries).first(batch.size()), std::span(places).first(batch.size()));
     for (std::size_t i = 0; i < batch.size(); ++i) {
       if (!Impl::may_have(*layer, batch[i])) {
-        found[i] = {};
-      } else if (!known[i]) {
-        VT_ASSIGN(found[i], impl_->find_through_pages(*layer, batch[i], queries[i]));
+        out[first + i] = {};
+      } else if (places[i].is_known) {
+        out[first + i] = lookup_of(places[i].reference());
+      } else {
+        VT_ASSIGN(const Reference found, impl_->find_through_pages(*layer, batch[i], queries[i]));
+        out[first + i] = lookup_of(found);
       }
-      out[first + i] = lookup_of(found[i]);
     }
   }
   return {};

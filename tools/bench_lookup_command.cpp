@@ -27,7 +27,7 @@ namespace {
 
 struct LookupFlags {
   std::vector<std::uint64_t> tiles = {1000000};
-  std::uint64_t peer_tiles = 10000000;
+  std::uint64_t peer_tiles = 20000000;
   int runs = 9;
   std::string scratch;
   ResultFlags results;
