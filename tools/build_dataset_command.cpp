@@ -5,6 +5,7 @@
 #include "builder/pipeline/dataset_store.h"
 #include "builder/pipeline/scene_file.h"
 #include "tools/build_common.h"
+#include "tools/build_recipe.h"
 
 namespace vt::tools {
 namespace {
@@ -27,7 +28,7 @@ Result<int> run(const DatasetFlags& flags) {
   std::vector<pipeline::LayerPlan> plans;
   std::optional<Area> area = scene.area;
   for (const pipeline::LayerRequest& request : scene.layers) {
-    VT_ASSIGN(pipeline::LayerPlan plan, pipeline::plan_layer(request, frame, flags.build.plan_options(memory)));
+    VT_ASSIGN(pipeline::LayerPlan plan, pipeline::plan_layer(request, frame, flags.build.plan_options(memory, flags.output)));
     if (!frame) frame = pipeline::DatasetFrame{plan.crs, std::nullopt};
     if (!scene.area) area = area ? pipeline::united(*area, plan.extent()) : plan.extent();
     plans.push_back(std::move(plan));
@@ -37,8 +38,9 @@ Result<int> run(const DatasetFlags& flags) {
 
 }  // namespace
 
-std::function<Result<int>()> add_dataset_command(CLI::App& app) {
+std::function<Result<int>()> add_dataset_command(CLI::App& app, std::shared_ptr<nlohmann::ordered_json> report) {
   auto flags = std::make_shared<DatasetFlags>();
+  flags->build.report = std::move(report);
   CLI::App* command = app.add_subcommand("dataset", "build all layers of a scene description (SCENE.json)");
   command->add_option("SCENE", flags->scene, "the description; schemas/dataset.schema.json says what it may hold")->required();
   command->add_option("-o,--output", flags->output, "the store, suffix .vts")->required();
@@ -46,7 +48,11 @@ std::function<Result<int>()> add_dataset_command(CLI::App& app) {
   cli::add_help_footer(*command,
                        "  vtbuild dataset sample/SCENE.json -o sample.vts\n"
                        "  vtbuild dataset sample/SCENE.json -o sample.vts --dry-run\n");
-  return [flags, command]() -> Result<int> { return command->parsed() ? run(*flags) : Result<int>(-1); };
+  return [flags, command]() -> Result<int> {
+    if (!command->parsed()) return -1;
+    flags->build.recipe = recipe_of(*command, flags->output);
+    return run(*flags);
+  };
 }
 
 }  // namespace vt::tools
