@@ -1,5 +1,6 @@
 #include "store/codec.h"
 
+#define ZSTD_STATIC_LINKING_ONLY  // ZSTD_estimateCCtxSize_usingCParams
 #include <zstd.h>
 
 #include <algorithm>
@@ -65,6 +66,11 @@ Result<EncodedPayload> encode_payload(std::span<const std::byte> raw, Compressio
   std::vector<std::byte> scratch;
   VT_ASSIGN(const PayloadView view, encode_payload(raw, compression, scratch));
   return EncodedPayload{.codec = view.codec, .raw_bytes = view.raw_bytes, .bytes = {view.bytes.begin(), view.bytes.end()}};
+}
+
+std::size_t compressor_bytes(Compression compression, std::size_t raw_bytes) {
+  if (compression.codec == Codec::kRaw) return 0;
+  return ZSTD_estimateCCtxSize_usingCParams(ZSTD_getCParams(compression.level, raw_bytes, 0));
 }
 
 Result<void> decode_payload(Codec codec, std::span<const std::byte> stored, std::span<std::byte> out) {

@@ -53,6 +53,8 @@ inline constexpr std::size_t kMaxRawBytes = std::size_t{256} << 20;
 // The same without a copy where none is needed: the view is of `raw` itself or of `scratch`, which grows as needed and is best kept from
 // call to call.
 [[nodiscard]] Result<PayloadView> encode_payload(std::span<const std::byte> raw, Compression compression, std::vector<std::byte>& scratch);
+// What a thread keeps for compressing payloads of that size; an upper bound.
+[[nodiscard]] std::size_t compressor_bytes(Compression compression, std::size_t raw_bytes);
 // `out` is exactly the raw size. kCorrupt when `stored` does not decode to exactly that many bytes.
 [[nodiscard]] Result<void> decode_payload(Codec codec, std::span<const std::byte> stored, std::span<std::byte> out);
 
