@@ -8,6 +8,7 @@
 #include <string_view>
 #include <vector>
 
+#include "store/prediction.h"
 #include "store/result.h"
 
 namespace vt::store {
@@ -16,11 +17,12 @@ namespace vt::store {
 enum class Codec : std::uint8_t {
   kRaw = 0,
   kZstd = 1,
+  kPredictedZstd = 2,  // a few bytes that name the predictors, then one frame with the planes of residuals
 };
 
 struct Compression {
   Codec codec = Codec::kRaw;
-  int level = 0;  // 1..19 for zstd
+  int level = 0;  // 1..19 for zstd, with prediction where that is smaller
 };
 
 // "none" or "zstd:N". kUsage otherwise, and the message lists what is accepted.
@@ -48,14 +50,16 @@ struct PayloadView {
 // The most that one tile may decode to.
 inline constexpr std::size_t kMaxRawBytes = std::size_t{256} << 20;
 
-// Falls back to kRaw when compression gains less than 3 %. kInvalidData when `raw` is over kMaxRawBytes.
-[[nodiscard]] Result<EncodedPayload> encode_payload(std::span<const std::byte> raw, Compression compression);
+// `shape` is the tile's (see tile_shape); one of another size counts as opaque, which is compressed without prediction. Falls back to kRaw
+// when compression gains less than 3 %. kInvalidData when `raw` is over kMaxRawBytes.
+[[nodiscard]] Result<EncodedPayload> encode_payload(std::span<const std::byte> raw, const TileShape& shape, Compression compression);
 // The same without a copy where none is needed: the view is of `raw` itself or of `scratch`, which grows as needed and is best kept from
 // call to call.
-[[nodiscard]] Result<PayloadView> encode_payload(std::span<const std::byte> raw, Compression compression, std::vector<std::byte>& scratch);
+[[nodiscard]] Result<PayloadView> encode_payload(std::span<const std::byte> raw, const TileShape& shape, Compression compression,
+                                                 std::vector<std::byte>& scratch);
 // What a thread keeps for compressing payloads of that size; an upper bound.
 [[nodiscard]] std::size_t compressor_bytes(Compression compression, std::size_t raw_bytes);
-// `out` is exactly the raw size. kCorrupt when `stored` does not decode to exactly that many bytes.
-[[nodiscard]] Result<void> decode_payload(Codec codec, std::span<const std::byte> stored, std::span<std::byte> out);
+// `out` is exactly the raw size. kCorrupt when `stored` does not decode to exactly that many bytes, or is predicted and `shape` is opaque.
+[[nodiscard]] Result<void> decode_payload(Codec codec, std::span<const std::byte> stored, const TileShape& shape, std::span<std::byte> out);
 
 }  // namespace vt::store

@@ -1,12 +1,11 @@
 #include "store/layout.h"
 
-#define XXH_INLINE_ALL
-#include <xxhash.h>
-
 #include <algorithm>
 #include <cmath>
 #include <set>
 #include <string_view>
+
+#include "store/xxh3.h"
 
 namespace vt::store {
 namespace {
@@ -76,7 +75,8 @@ void put_reference(std::span<std::byte> bytes, std::size_t at, const Reference& 
 
 const char* reference_fault(const Reference& reference, ReferenceKind wanted, std::uint64_t file_end) {
   if (reference.kind != wanted) return "reference is of the wrong kind";
-  if (reference.codec != Codec::kRaw && (reference.codec != Codec::kZstd || wanted != ReferenceKind::kTile))
+  const bool is_compressed = reference.codec == Codec::kZstd || reference.codec == Codec::kPredictedZstd;
+  if (reference.codec != Codec::kRaw && !(is_compressed && wanted == ReferenceKind::kTile))
     return "reference names a codec that is not allowed there";
   if (reference.offset % kRecordAlignment != 0) return "reference points between records";
   if (reference.offset < kLogStart || reference.offset > file_end || reference.record_bytes() > file_end - reference.offset)

@@ -166,7 +166,7 @@ Result<void> StoreReader::read(LayerId id, TileId tile, std::span<std::byte> out
     fill_constant(*payload, out);
     return {};
   }
-  if (auto decoded = decode_payload(found.codec, *payload, out); !decoded)
+  if (auto decoded = decode_payload(found.codec, *payload, tile_shape(layer->format, layer->tile_texels()), out); !decoded)
     return impl_->refuse(decoded.error().code, tile_place(*layer, tile) + ": " + decoded.error().message);
   return {};
 }

@@ -118,6 +118,7 @@ struct StoreWriter::Impl final : PageCache::Log {
     Reference reference;
     std::uint64_t key = 0;
     std::size_t raw_bytes = 0;
+    TileShape shape;
     std::string place;  // for messages
   };
   [[nodiscard]] Result<Entry> entry(LayerId id, TileId tile);
@@ -353,8 +354,10 @@ Result<void> StoreWriter::put(LayerId id, TileId tile, const PayloadView& payloa
     VT_CHECK(impl_->check_usable());
     VT_ASSIGN(const CatalogLayer* layer, impl_->check_tile(id, tile));
     const std::size_t wanted = layer->info.tile_payload_bytes();
+    const bool is_decodable =
+        payload.codec != Codec::kPredictedZstd || tile_shape(layer->info.format, layer->info.tile_texels()).is_predictable();
     if (payload.raw_bytes != wanted || (payload.codec == Codec::kRaw && payload.bytes.size() != wanted) ||
-        payload.bytes.size() > kMaxRawBytes)
+        payload.bytes.size() > kMaxRawBytes || !is_decodable)
       return impl_->refuse(ErrorCode::kUsage, tile_place(layer->info, tile) + ": payload of " + std::to_string(payload.raw_bytes) +
                                                   " bytes, " + std::to_string(wanted) + " wanted");
     VT_ASSIGN(reference.offset, impl_->reserve(reference.record_bytes()));
@@ -412,6 +415,7 @@ Result<StoreWriter::Impl::Entry> StoreWriter::Impl::entry(LayerId id, TileId til
   Entry entry;
   VT_ASSIGN(entry.reference, pages.find(id, tile));
   entry.place = tile_place(layer->info, tile);
+  entry.shape = tile_shape(layer->info.format, layer->info.tile_texels());
   const bool is_constant = entry.reference.kind == ReferenceKind::kConstant;
   entry.raw_bytes = is_constant ? format_info(layer->info.format).block_bytes : layer->info.tile_payload_bytes();
   entry.key = is_constant ? 0 : record_key(id, tile.level, morton_code(tile.x, tile.y));
@@ -454,7 +458,7 @@ Result<void> StoreWriter::read(LayerId id, TileId tile, std::span<std::byte> out
     return {};
   }
   assert(out.size() == entry.raw_bytes);
-  if (auto decoded = decode_payload(entry.reference.codec, payload, out); !decoded)
+  if (auto decoded = decode_payload(entry.reference.codec, payload, entry.shape, out); !decoded)
     return impl_->refuse(decoded.error().code, entry.place + ": " + decoded.error().message);
   return {};
 }

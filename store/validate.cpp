@@ -185,7 +185,7 @@ class StoreCheck {
                                          static_cast<std::uint32_t>(raw_bytes), FaultNumber::kTileRecord, place);
     if (!payload || !options_.decode_tiles || reference.codec == Codec::kRaw) return;
     decoded_.resize(raw_bytes);
-    if (const auto decoded = decode_payload(reference.codec, *payload, decoded_); !decoded)
+    if (const auto decoded = decode_payload(reference.codec, *payload, tile_shape(info.format, info.tile_texels()), decoded_); !decoded)
       add(FaultNumber::kTileDecode, place, "record at offset " + std::to_string(reference.offset) + ": " + decoded.error().message);
   }
 

@@ -96,7 +96,8 @@ Result<void> fill_store(store::StoreWriter& writer, std::uint64_t tiles) {
           texels.assign(rgb.begin(), rgb.end());
         }
         VT_ASSIGN(const store::Compression compression, store::parse_compression(layer.compression));
-        VT_ASSIGN(const store::EncodedPayload payload, store::encode_payload(texels, compression));
+        VT_ASSIGN(const store::EncodedPayload payload,
+                  store::encode_payload(texels, store::tile_shape(layer.format, sample::kSquare), compression));
         VT_CHECK(writer.put(ids[l], {Level{level_for(kPaintedSide * kPaintedSide)}, x, y}, payload));
       }
     }

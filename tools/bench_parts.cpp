@@ -193,8 +193,9 @@ Result<PartSeconds> PartsBench::measure(const JobKind& job, std::uint64_t output
     payloads = &blocks;
   }
   if (plan.compression.codec != store::Codec::kRaw) {
+    const store::TileShape shape = store::tile_shape(plan.info.format, plan.info.tile_texels());
     VT_ASSIGN(const double compress, median_seconds(impl.runs, [&]() -> Result<void> {
-                for (const std::vector<std::byte>& payload : *payloads) VT_CHECK(store::encode_payload(payload, plan.compression));
+                for (const std::vector<std::byte>& payload : *payloads) VT_CHECK(store::encode_payload(payload, shape, plan.compression));
                 return {};
               }));
     parts.compress = compress * per_pyramid;

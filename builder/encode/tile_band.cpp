@@ -135,7 +135,8 @@ Result<EncodedTile> TileBand::encode(const OpenTile& tile) {
   if (is_constant) {
     encoded.constant_block = bytes.first(format_info(format_).block_bytes);
   } else {
-    VT_ASSIGN(encoded.payload, store::encode_payload(bytes, compression_, compressed_));
+    const store::TileShape shape = store::tile_shape(format_, static_cast<std::size_t>(tile_texels_));
+    VT_ASSIGN(encoded.payload, store::encode_payload(bytes, shape, compression_, compressed_));
   }
   return encoded;
 }

@@ -81,7 +81,8 @@ class BlockJob::Output final : public pyramid::RowSink {
     if (encode::is_one_value(raw, texel_bytes)) {
       tile.constant_block = raw.first(texel_bytes);
     } else {
-      VT_ASSIGN(tile.payload, store::encode_payload(raw, {store::Codec::kZstd, 1}, compressed));
+      const store::TileShape shape = store::tile_shape(job_.plan_.sampler->codec().carry_format(), job_.plan_.info.tile_texels());
+      VT_ASSIGN(tile.payload, store::encode_payload(raw, shape, {store::Codec::kZstd, 1}, compressed));
     }
     return job_.put(job_.ids_.carry, tile);
   }

@@ -59,7 +59,7 @@ std::size_t tile_bytes(const LayerPlan& plan, const std::vector<pyramid::BlockLe
     if (plan.info.format == TexelFormat::kBc1) bytes += payload;
     if (plan.compression.codec != store::Codec::kRaw) bytes += payload + payload / 128;
   }
-  return bytes + store::compressor_bytes(plan.compression, payload);
+  return bytes;
 }
 
 std::size_t tier_bytes(const LayerPlan& plan, const Tier& tier, bool is_first) {
@@ -67,7 +67,12 @@ std::size_t tier_bytes(const LayerPlan& plan, const Tier& tier, bool is_first) {
   const std::size_t edge = plan.info.tile_texels();
   const std::size_t carry_tile = edge * edge * format_info(plan.codec->carry_format()).block_bytes;
   std::size_t bytes = cascade_bytes(plan, block) + tile_bytes(plan, block, static_cast<std::size_t>(tier.outputs));
-  if (tier.has_carry) bytes += 2 * carry_tile + store::compressor_bytes({store::Codec::kZstd, 1}, carry_tile);
+  std::size_t compressor = store::compressor_bytes(plan.compression, plan.info.tile_payload_bytes());
+  if (tier.has_carry) {
+    bytes += carry_tile;
+    compressor = std::max(compressor, store::compressor_bytes({store::Codec::kZstd, 1}, carry_tile));
+  }
+  bytes += compressor;
   const std::int64_t width = block.front().active.width;
   if (is_first) return bytes + plan.source_load.chunk_bytes(width, plan.codec->planes()) + plan.source_load.reader_bytes;
   return bytes + (static_cast<std::size_t>(width) / edge + 2) * carry_tile;  // a row of tiles of the tier before

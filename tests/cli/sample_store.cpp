@@ -46,7 +46,7 @@ void put_all_tiles(store::StoreWriter& writer, const LayerInfo& layer, LayerId i
           }
         }
         if (is_color && options.changed_color_tile == tile) payload[0] = static_cast<std::byte>(std::to_integer<int>(payload[0]) + 2);
-        value_of(writer.put(id, tile, value_of(store::encode_payload(payload, {}))));
+        value_of(writer.put(id, tile, value_of(store::encode_payload(payload, {}, {}))));
       }
     }
   }

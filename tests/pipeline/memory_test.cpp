@@ -79,13 +79,13 @@ double code(std::int64_t x, std::int64_t y, int band) { return (x / 40 + y / 56)
 
 TEST_F(Memory, APlainRasterBuildsInWhatItIsGiven) {
   in_child([&] { write_raster(folder_ / "plain.tif", {.width = 3000, .height = 3000, .tile = 256}, code); });
-  expect_within("plain.tif", {"--channel", "color"}, {{34, 1}, {64, 4}, {512, 2}});
+  expect_within("plain.tif", {"--channel", "color"}, {{40, 1}, {96, 4}, {512, 2}});
 }
 
 TEST_F(Memory, SoDoesAResampledOne) {
   in_child([&] { write_raster(folder_ / "plain.tif", {.width = 2000, .height = 2000, .tile = 256}, code); });
-  expect_within("plain.tif", {"--channel", "color", "--gsd", "1.3"}, {{46, 1}, {100, 4}});
-  expect_within("plain.tif", {"--channel", "color", "--crs", "EPSG:4326"}, {{46, 1}, {100, 4}});
+  expect_within("plain.tif", {"--channel", "color", "--gsd", "1.3"}, {{48, 1}, {112, 4}});
+  expect_within("plain.tif", {"--channel", "color", "--crs", "EPSG:4326"}, {{48, 1}, {112, 4}});
 }
 
 TEST_F(Memory, SoDoesOneOfLargeCompressedTiles) {
@@ -93,7 +93,7 @@ TEST_F(Memory, SoDoesOneOfLargeCompressedTiles) {
     write_raster(folder_ / "large.tif",
                  {.width = 4000, .height = 2048, .tile = 1024, .compression = source::GeoTiffSpec::Compression::kDeflate}, code);
   });
-  expect_within("large.tif", {"--channel", "color"}, {{56, 1}, {120, 4}});
+  expect_within("large.tif", {"--channel", "color"}, {{60, 1}, {144, 4}});
 }
 
 TEST_F(Memory, SoDoesAMosaic) {
@@ -107,14 +107,14 @@ TEST_F(Memory, SoDoesAMosaic) {
       write_raster(folder_ / ("tiles/" + std::to_string(i) + ".tif"), spec, code);
     }
   });
-  expect_within("tiles", {"--channel", "elevation"}, {{44, 1}, {80, 4}});
+  expect_within("tiles", {"--channel", "elevation"}, {{56, 1}, {104, 4}});
 }
 
 TEST_F(Memory, WhatCannotFitSaysWhatWould) {
   write_raster(folder_ / "a.tif", {.width = 600, .height = 600}, code);
   const auto plan = plan_layer(request_for({folder_ / "a.tif"}, ChannelType::kColor), std::nullopt, 1 << 20);
   ASSERT_TRUE(plan.has_value());
-  const auto refused = choose_block_levels(*plan, 64, std::size_t{24} << 20);
+  const auto refused = choose_block_levels(*plan, 64, std::size_t{40} << 20);
   ASSERT_FALSE(refused.has_value());
   EXPECT_EQ(refused.error().code, ErrorCode::kUsage);
 
@@ -128,8 +128,8 @@ TEST_F(Memory, WhatCannotFitSaysWhatWould) {
   const int mebibytes = number_after("it needs --memory ");
   const int threads = number_after("or --threads ");
   EXPECT_TRUE(choose_block_levels(*plan, 64, static_cast<std::size_t>(mebibytes) << 20).has_value());
-  EXPECT_TRUE(choose_block_levels(*plan, threads, std::size_t{24} << 20).has_value());
-  EXPECT_FALSE(choose_block_levels(*plan, threads + 1, std::size_t{24} << 20).has_value());
+  EXPECT_TRUE(choose_block_levels(*plan, threads, std::size_t{40} << 20).has_value());
+  EXPECT_FALSE(choose_block_levels(*plan, threads + 1, std::size_t{40} << 20).has_value());
 }
 
 }  // namespace

@@ -87,7 +87,7 @@ inline Result<void> write_layer(store::StoreWriter& writer, const LayerSpec& spe
         for (std::int64_t y = 0; y < blocks; ++y)
           for (std::int64_t x = 0; x < blocks; ++x)
             paint(level, tx * blocks + x, ty * blocks + y, bytes.data() + static_cast<std::size_t>((y * blocks + x) * format.block_bytes));
-        VT_ASSIGN(const store::EncodedPayload payload, store::encode_payload(bytes, {}));
+        VT_ASSIGN(const store::EncodedPayload payload, store::encode_payload(bytes, {}, {}));
         VT_CHECK(writer.put(id, tile, payload));
       }
     }

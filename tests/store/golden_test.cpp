@@ -50,6 +50,51 @@ Bytes smallest_store() {
   return bytes;
 }
 
+// One frame with one raw block (RFC 8878), so that the golden does not depend on how some zstd compresses.
+Bytes uncompressed_frame(std::span<const std::byte> bytes) {
+  const std::size_t size = bytes.size();
+  assert(size >= 256 && size < 65536);
+  // Magic number; one segment, its size in two bytes, less 256; then the block: raw, and the last one.
+  Bytes frame(10 + size);
+  put<std::uint32_t>(frame, 0, 0xFD2FB528);
+  put<std::uint8_t>(frame, 4, 0x60);
+  put<std::uint16_t>(frame, 5, static_cast<std::uint16_t>(size - 256));
+  put<std::uint16_t>(frame, 7, static_cast<std::uint16_t>(size << 3 | 1));
+  put<std::uint8_t>(frame, 9, static_cast<std::uint8_t>(size >> 13));
+  std::copy(bytes.begin(), bytes.end(), frame.begin() + 10);
+  return frame;
+}
+
+// Two layers of one predicted tile: of floats, in a format that a changed number makes hashes, and of bytes, with every kind of choice.
+Contents predicted_contents;
+Bytes predicted_store() {
+  const TempFolder folder;
+  StoreWriter writer = value_of(StoreWriter::create(folder / "a.vts", {}));
+  const auto put = [&](const LayerInfo& layer, const Prediction& prediction, std::span<const std::byte> tile) {
+    const TileShape shape = tile_shape(layer.format, layer.tile_texels());
+    Bytes planes(shape.raw_bytes());
+    split_into_residuals(tile, shape, prediction, planes);
+    const Bytes frame = uncompressed_frame(planes);
+    EncodedPayload payload{.codec = Codec::kPredictedZstd, .raw_bytes = static_cast<std::uint32_t>(tile.size()), .bytes = {}};
+    payload.bytes.resize(1 + shape.channels + frame.size());
+    payload.bytes[0] = prediction.subtracts_green ? std::byte{1} : std::byte{0};
+    for (std::size_t c = 0; c < shape.channels; ++c) payload.bytes[1 + c] = static_cast<std::byte>(prediction.predictors[c]);
+    std::copy(frame.begin(), frame.end(), payload.bytes.begin() + 1 + static_cast<std::ptrdiff_t>(shape.channels));
+    const LayerId id = value_of(writer.add_layer(layer));
+    succeed(writer.put(id, {}, payload));
+    succeed(writer.set_state(id, LayerState::kComplete));
+    predicted_contents[{layer.name, TileId{}}] = Bytes(tile.begin(), tile.end());
+  };
+  const LayerInfo floats = small_layer("floats", TexelFormat::kRgba32Float, 2, 0);
+  put(floats, {false, {Predictor::kGradient, Predictor::kUp, Predictor::kMedian, Predictor::kAverage}}, smooth_tile_bytes(floats, {}));
+  const LayerInfo color = small_layer("color", TexelFormat::kRgba8, 3, 0);
+  put(color, {true, {Predictor::kAverage, Predictor::kMedian, Predictor::kLeft, Predictor::kNone}}, smooth_tile_bytes(color, {}));
+  succeed(writer.finish());
+  Bytes bytes = read_file(folder / "a.vts");
+  set_uuid(bytes);
+  return bytes;
+}
+
 // Every format, raw, compressed and constant tiles, a carry layer, an index two pages deep, an older generation.
 Contents rich_contents;
 Bytes rich_store() {
@@ -90,6 +135,14 @@ Bytes rich_store() {
   const LayerId deep_id = value_of(writer.add_layer(deep));
   for (int level = 0; level <= 6; ++level) put(deep, deep_id, tile_at(level, (1U << level) - 1, 0), {});
   succeed(writer.set_state(deep_id, LayerState::kComplete));
+  for (const TexelFormat format :
+       {TexelFormat::kRgb8, TexelFormat::kRgba8, TexelFormat::kR32Float, TexelFormat::kRg32Float, TexelFormat::kRgba32Float}) {
+    const LayerInfo layer = small_layer("smooth " + std::string(format_info(format).name), format, 4, 0);
+    const LayerId id = value_of(writer.add_layer(layer));
+    truth[{layer.name, TileId{}}] = smooth_tile_bytes(layer, {});
+    succeed(writer.put(id, {}, encoded(layer, truth[{layer.name, TileId{}}], {Codec::kZstd, 1})));
+    succeed(writer.set_state(id, LayerState::kComplete));
+  }
   succeed(writer.finish());
   Bytes bytes = read_file(folder / "a.vts");
   set_uuid(bytes);
@@ -109,14 +162,15 @@ Reference root_of(const Bytes& store, std::size_t layer, std::size_t level) {
       .roots[level];
 }
 
-// The only tile of the smallest store.
+// The only tile of the first layer of a small store.
 Reference tile_of(const Bytes& store) {
   const Reference page = root_of(store, 0, 0);
   return page_entry(std::span(store).subspan(page.offset + kRecordHeaderBytes, page.stored_bytes), 0);
 }
 
-// Each fault is one change to the smallest store (or the one named), which is then sealed again where the fault lies behind a checksum.
+// Each fault is one change to a good store, which is then sealed again where the fault lies behind a checksum.
 struct Bad {
+  Bytes (*store)();
   const char* name;
   int finding;
   bool opens;  // the reader notices when it comes to the damaged part, not before
@@ -125,42 +179,57 @@ struct Bad {
 
 const std::vector<Bad>& bad_stores() {
   static const std::vector<Bad> bad = {
-      {"both-superblocks-damaged", 102, false,
+      {smallest_store, "both-superblocks-damaged", 102, false,
        [](Bytes& s) {
          s[40] ^= std::byte{1};
          s[kSuperblockBytes + 40] ^= std::byte{1};
        }},
-      {"later-version", 103, false,
+      {smallest_store, "later-version", 103, false,
        [](Bytes& s) {
          put<std::uint32_t>(s, 8, kFormatVersion + 1);
          reseal(s);
        }},
-      {"reserved-bytes-set", 104, false,
+      {smallest_store, "reserved-bytes-set", 104, false,
        [](Bytes& s) {
          s[2000] = std::byte{1};
          reseal(s);
        }},
-      {"truncated", 105, false, [](Bytes& s) { s.resize(s.size() - 64); }},
-      {"catalog-checksum", 202, false, [](Bytes& s) { s[catalog_payload(s) + 100] ^= std::byte{1}; }},
-      {"layer-tile-exponent", 204, false,
+      {smallest_store, "truncated", 105, false, [](Bytes& s) { s.resize(s.size() - 64); }},
+      {smallest_store, "catalog-checksum", 202, false, [](Bytes& s) { s[catalog_payload(s) + 100] ^= std::byte{1}; }},
+      {smallest_store, "layer-tile-exponent", 204, false,
        [](Bytes& s) {
          s[catalog_payload(s) + 48 + 9] = std::byte{13};
          reseal(s);
        }},
-      {"page-rank", 303, true,
+      {smallest_store, "page-rank", 303, true,
        [](Bytes& s) {
          s[root_of(s, 0, 0).offset + kRecordHeaderBytes + kPageRanksAt + 4] ^= std::byte{1};
          reseal(s);
        }},
-      {"page-entry-outside-file", 304, true,
+      {smallest_store, "page-entry-outside-file", 304, true,
        [](Bytes& s) {
          s[root_of(s, 0, 0).offset + kRecordHeaderBytes + kPageEntriesAt + 4] = std::byte{9};
          reseal(s);
        }},
-      {"tile-checksum", 401, true, [](Bytes& s) { s[tile_of(s).offset + kRecordHeaderBytes + 7] ^= std::byte{1}; }},
-      {"counts", 502, true,
+      {smallest_store, "tile-checksum", 401, true, [](Bytes& s) { s[tile_of(s).offset + kRecordHeaderBytes + 7] ^= std::byte{1}; }},
+      {smallest_store, "counts", 502, true,
        [](Bytes& s) {
          s[catalog_payload(s) + 48 + 96] = std::byte{7};
+         reseal(s);
+       }},
+      {predicted_store, "predictor-unknown", 402, true,
+       [](Bytes& s) {
+         s[tile_of(s).offset + kRecordHeaderBytes + 2] = std::byte{6};
+         reseal(s);
+       }},
+      {predicted_store, "predicted-green-of-floats", 402, true,
+       [](Bytes& s) {
+         s[tile_of(s).offset + kRecordHeaderBytes] = std::byte{1};
+         reseal(s);
+       }},
+      {predicted_store, "predicted-hashes", 402, true,
+       [](Bytes& s) {
+         s[catalog_payload(s) + 48 + 4] = std::byte{7};
          reseal(s);
        }},
   };
@@ -177,6 +246,13 @@ void compare_or_rewrite(const std::filesystem::path& path, const Bytes& wanted) 
 
 TEST(Golden, TheSmallestStoreIsWrittenByteForByte) { compare_or_rewrite(kSource / "tests/golden/smallest.vts", smallest_store()); }
 
+TEST(Golden, ThePredictedStoreIsWrittenByteForByte) {
+  const auto path = kSource / "tests/golden/predicted.vts";
+  compare_or_rewrite(path, predicted_store());
+  EXPECT_EQ(read_all(value_of(StoreReader::open(path))), predicted_contents);
+  EXPECT_TRUE(value_of(validate(path)).ok());
+}
+
 TEST(Golden, TheRichStoreReadsBackWhateverThisWriterWouldMake) {
   const Bytes fresh = rich_store();  // also the truth
   if (is_rewriting()) write_file(kSource / "tests/golden/rich.vts", fresh);
@@ -188,6 +264,10 @@ TEST(Golden, TheRichStoreReadsBackWhateverThisWriterWouldMake) {
   EXPECT_EQ(reader.description().area.east, 182.0);
   EXPECT_EQ(reader.find_layer("deep")->metadata_json, R"({"levels":7})");
   EXPECT_EQ(reader.find_layer("rgb8 carry")->owner, LayerId{0});
+  for (const LayerInfo& layer : reader.layers()) {
+    if (!layer.name.starts_with("smooth ")) continue;
+    EXPECT_EQ(value_of(reader.lookup(layer.id, {})).codec, Codec::kPredictedZstd) << layer.name;
+  }
   const auto report = value_of(validate(kSource / "tests/golden/rich.vts"));
   EXPECT_TRUE(report.ok());
   std::set<int> numbers;
@@ -233,7 +313,7 @@ TEST(Golden, AStoreOfVersion1GoesOnAsVersion2) {
 
 TEST(Golden, EveryBadStoreIsRefusedForItsOwnFault) {
   for (const Bad& bad : bad_stores()) {
-    Bytes bytes = smallest_store();
+    Bytes bytes = bad.store();
     bad.spoil(bytes);
     const auto path = kSource / "tests/golden" / (std::string("bad-") + bad.name + ".vts");
     compare_or_rewrite(path, bytes);

@@ -51,8 +51,8 @@ Victim make_victim() {
         succeed(writer.put_constant(height_id, tile, std::span(constant).first(4)));
         contents[{"height", tile}] = constant;
       } else {
-        contents[{"height", tile}] = tile_bytes(height, tile, version);
-        succeed(writer.put(height_id, tile, encoded(contents[{"height", tile}], {Codec::kZstd, 3})));
+        contents[{"height", tile}] = level % 2 == 0 ? tile_bytes(height, tile, version) : smooth_tile_bytes(height, tile);
+        succeed(writer.put(height_id, tile, encoded(height, contents[{"height", tile}], {Codec::kZstd, 3})));
       }
     }
     succeed(writer.set_state(color_id, LayerState::kComplete));

@@ -43,7 +43,34 @@ Bytes tile_bytes(const LayerInfo& layer, TileId tile, int version) {
   return bytes;
 }
 
-EncodedPayload encoded(std::span<const std::byte> raw, Compression compression) { return value_of(encode_payload(raw, compression)); }
+EncodedPayload encoded(std::span<const std::byte> raw, Compression compression) { return value_of(encode_payload(raw, {}, compression)); }
+
+EncodedPayload encoded(const LayerInfo& layer, std::span<const std::byte> raw, Compression compression) {
+  return value_of(encode_payload(raw, tile_shape(layer.format, layer.tile_texels()), compression));
+}
+
+Bytes smooth_tile_bytes(const LayerInfo& layer, TileId tile) {
+  const TileShape shape = tile_shape(layer.format, layer.tile_texels());
+  Bytes bytes = tile_bytes(layer, tile);
+  if (!shape.is_predictable()) return bytes;
+  for (std::size_t y = 0; y < shape.height; ++y) {
+    for (std::size_t x = 0; x < shape.width; ++x) {
+      for (std::size_t c = 0; c < shape.channels; ++c) {
+        const std::size_t sample = (y * shape.width + x) * shape.channels + c;
+        std::uint32_t noise = static_cast<std::uint32_t>(sample + 1) * 2654435761U;
+        noise = (noise ^ (noise >> 15)) * 2246822519U;
+        noise ^= noise >> 13;
+        if (shape.samples == TileShape::Samples::kUint8) {
+          bytes[sample] = static_cast<std::byte>((c + 2) * x / 4 + y / 3 + 100 * c + tile.x + noise % 6);
+        } else {
+          const float slope = 3.0F * static_cast<float>(x + tile.x) + 5.0F * static_cast<float>(y) - 300.0F;
+          put<std::uint32_t>(bytes, 4 * sample, std::bit_cast<std::uint32_t>(slope + 1e-3F * static_cast<float>(noise % 1000)));
+        }
+      }
+    }
+  }
+  return bytes;
+}
 
 Contents read_all(const StoreReader& reader) {
   Contents contents;

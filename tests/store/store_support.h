@@ -32,7 +32,11 @@ void write_file(const std::filesystem::path& path, std::span<const std::byte> by
 
 // Bytes that differ from tile to tile and from `version` to `version`; half of them repeat, so that zstd has something to do.
 [[nodiscard]] Bytes tile_bytes(const LayerInfo& layer, TileId tile, int version = 0);
+// Without prediction, and with it where that is smaller.
 [[nodiscard]] EncodedPayload encoded(std::span<const std::byte> raw, Compression compression = {});
+[[nodiscard]] EncodedPayload encoded(const LayerInfo& layer, std::span<const std::byte> raw, Compression compression);
+// A tile that any predictor helps with: gentle slopes and a little noise. bc1 and hash128 get tile_bytes().
+[[nodiscard]] Bytes smooth_tile_bytes(const LayerInfo& layer, TileId tile);
 
 // What a generation holds: layer name and tile to decoded bytes.
 using Contents = std::map<std::pair<std::string, TileId>, Bytes>;

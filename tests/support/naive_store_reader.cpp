@@ -9,6 +9,8 @@
 #include <set>
 #include <stdexcept>
 
+#include "tests/support/naive_prediction.h"
+
 #define XXH_INLINE_ALL
 #include <xxhash.h>
 
@@ -72,6 +74,7 @@ constexpr unsigned kCatalog = 4;
 
 constexpr unsigned kRaw = 0;
 constexpr unsigned kZstd = 1;
+constexpr unsigned kPredicted = 2;
 
 NaiveReference read_reference(Bytes bytes, std::uint64_t at, std::uint64_t file_end) {
   NaiveReference reference;
@@ -86,8 +89,8 @@ NaiveReference read_reference(Bytes bytes, std::uint64_t at, std::uint64_t file_
     return reference;
   }
   require(reference.kind <= kCatalog, "the reference's kind is known");
-  require(reference.codec == kRaw || (reference.codec == kZstd && reference.kind == kTile),
-          "the reference's codec is raw, or zstd for a tile");
+  require(reference.codec == kRaw || ((reference.codec == kZstd || reference.codec == kPredicted) && reference.kind == kTile),
+          "the reference's codec is raw, or zstd or predicted for a tile");
   require(reference.offset % 64 == 0 && reference.offset >= kLogBegin, "the reference's offset is a multiple of 64 in the log");
   require(reference.offset + align64(32 + std::uint64_t{reference.stored_bytes}) <= file_end, "the referenced record ends before file_end");
   return reference;
@@ -391,6 +394,42 @@ NaiveBytes decode_zstd(Bytes frame, std::uint64_t tile_bytes) {
   return tile;
 }
 
+NaiveBytes decode_predicted(Bytes payload, const NaiveLayer& layer) {
+  NaivePrediction prediction;
+  const std::uint64_t edge = std::uint64_t{1} << layer.tile_exponent;
+  prediction.width = edge;
+  prediction.height = edge;
+  std::uint64_t channels = 0;
+  switch (layer.format) {
+    case 1:
+      channels = 3;
+      break;
+    case 2:
+      channels = 4;
+      break;
+    case 4:
+      channels = 1;
+      break;
+    case 5:
+      channels = 2;
+      break;
+    case 6:
+      channels = 4;
+      break;
+    default:
+      throw std::runtime_error("tile store: not so: the format can be predicted");
+  }
+  prediction.is_float = layer.format >= 4;
+  const unsigned flags = get_u8(payload, 0);
+  require(flags <= (prediction.is_float ? 0U : 1U), "the prediction's reserved flags are zero");
+  prediction.subtracts_green = flags == 1;
+  for (std::uint64_t c = 0; c < channels; ++c) {
+    prediction.predictors.push_back(get_u8(payload, 1 + c));
+    require(prediction.predictors.back() <= 5, "a predictor is 0 to 5");
+  }
+  return naive_texels(decode_zstd(payload.subspan(1 + channels), tile_bytes_of(layer)), prediction);
+}
+
 NaiveBytes repeat_block(Bytes block, std::uint64_t tile_bytes) {
   NaiveBytes tile;
   while (tile.size() < tile_bytes) tile.insert(tile.end(), block.begin(), block.end());
@@ -447,6 +486,7 @@ std::optional<NaiveBytes> NaiveStoreReader::tile(unsigned layer_id, unsigned lev
   }
   const Bytes payload = read_record(file_, reference, key_of(layer->id, level, morton), tile_bytes);
   if (reference.codec == kZstd) return decode_zstd(payload, tile_bytes);
+  if (reference.codec == kPredicted) return decode_predicted(payload, *layer);
   return NaiveBytes(payload.begin(), payload.end());
 }
 

@@ -27,6 +27,7 @@ using store::test::Bytes;
 using store::test::encoded;
 using store::test::read_file;
 using store::test::small_layer;
+using store::test::smooth_tile_bytes;
 using store::test::succeed;
 using store::test::TempFolder;
 using store::test::tile_bytes;
@@ -179,6 +180,10 @@ void put(StoreWriter& writer, const LayerInfo& layer, LayerId id, TileId tile, i
   succeed(writer.put(id, tile, encoded(tile_bytes(layer, tile, version), {codec, 3})));
 }
 
+void put_smooth(StoreWriter& writer, const LayerInfo& layer, LayerId id, TileId tile) {
+  succeed(writer.put(id, tile, encoded(layer, smooth_tile_bytes(layer, tile), {Codec::kZstd, 3})));
+}
+
 void put_constant(StoreWriter& writer, const LayerInfo& layer, LayerId id, TileId tile, int value) {
   Bytes block(format_info(layer.format).block_bytes);
   for (std::size_t i = 0; i < block.size(); ++i) block[i] = static_cast<std::byte>(value + static_cast<int>(i));
@@ -213,6 +218,7 @@ TEST(NaiveStoreReader, AgreesOnEveryFormatAndEveryField) {
     }
     put(writer, layer, id, tile_at(0, 0, 0), 0, Codec::kZstd);
     put(writer, layer, id, tile_at(1, 1, 0), 0, Codec::kRaw);
+    for (std::uint32_t x = 0; x < 4; ++x) put_smooth(writer, layer, id, tile_at(2, x, 1));
     if (number % 2 == 0) succeed(writer.set_state(id, LayerState::kComplete));
     ++number;
   }
@@ -222,8 +228,8 @@ TEST(NaiveStoreReader, AgreesOnEveryFormatAndEveryField) {
   put(writer, carry, value_of(writer.add_layer(carry)), tile_at(1, 0, 1), 0, Codec::kRaw);
   succeed(writer.finish());
 
-  EXPECT_EQ(expect_agreement(folder / "a.vts"), 7U * 18 + 1);
-  EXPECT_EQ(tiles_in(folder / "a.vts"), 7U * 18 + 1);
+  EXPECT_EQ(expect_agreement(folder / "a.vts"), 7U * 22 + 1);
+  EXPECT_EQ(tiles_in(folder / "a.vts"), 7U * 22 + 1);
 }
 
 TEST(NaiveStoreReader, AgreesOnFarApartTilesOfDeepLevels) {
@@ -346,7 +352,7 @@ TEST(NaiveStoreReader, AgreesThatNothingLiesOutsideALevel) {
 
 TEST(NaiveStoreReader, ReadsTheGoodGoldens) {
   const std::filesystem::path goldens = std::filesystem::path(VT_SOURCE_DIR) / "tests/golden";
-  for (const char* name : {"smallest.vts", "rich.vts", "version-1-smallest.vts", "version-1-rich.vts"}) {
+  for (const char* name : {"smallest.vts", "rich.vts", "predicted.vts", "version-1-smallest.vts", "version-1-rich.vts"}) {
     std::set<TileId> named;
     for (int level = 0; level <= 6; ++level) named.insert(tile_at(level, (1U << level) - 1, 0));
     EXPECT_EQ(expect_agreement(goldens / name, named), tiles_in(goldens / name)) << name;
@@ -399,11 +405,16 @@ class DamagedStore : public testing::Test {
     put(writer, color, color_id, tile_at(6, 63, 0), 0, Codec::kRaw);
     put_constant(writer, color, color_id, tile_at(6, 0, 63), 5);
     put(writer, carry, carry_id, tile_at(0, 0, 0), 0, Codec::kRaw);
+    LayerInfo height = small_layer("height", TexelFormat::kR32Float, 3, 0);
+    const LayerId height_id = value_of(writer.add_layer(height));
+    put_smooth(writer, height, height_id, tile_at(0, 0, 0));
     succeed(writer.finish());
     file_ = read_file(path_);
-    ASSERT_EQ(value_of(value_of(StoreReader::open(path_)).lookup(color_id, tile_at(0, 0, 0))).codec, Codec::kZstd);
+    const StoreReader reader = value_of(StoreReader::open(path_));
+    ASSERT_EQ(value_of(reader.lookup(color_id, tile_at(0, 0, 0))).codec, Codec::kZstd);
+    ASSERT_EQ(value_of(reader.lookup(height_id, tile_at(0, 0, 0))).codec, Codec::kPredictedZstd);
     tiles_ = {{color_id, tile_at(0, 0, 0)},  {color_id, tile_at(3, 1, 1)},   {color_id, tile_at(6, 63, 0)}, {color_id, tile_at(6, 62, 0)},
-              {color_id, tile_at(6, 0, 63)}, {color_id, tile_at(6, 63, 63)}, {carry_id, tile_at(0, 0, 0)}};
+              {color_id, tile_at(6, 0, 63)}, {color_id, tile_at(6, 63, 63)}, {carry_id, tile_at(0, 0, 0)},  {height_id, tile_at(0, 0, 0)}};
   }
 
   TempFolder folder_;
