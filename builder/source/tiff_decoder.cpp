@@ -458,7 +458,7 @@ Result<store::ContentHash> TiffDecoder::hash_piece(std::int64_t cell_x, std::int
 }
 
 std::size_t TiffDecoder::resident_bytes() const {
-  if (direct_) return static_cast<std::size_t>(kMostlyWantedBytes);
+  if (direct_) return static_cast<std::size_t>(std::min(kMostlyWantedBytes, stored_row_bytes_ * grid_.block_height));
   const std::int64_t cell = stored_row_bytes_ * grid_.rows_per_cell + grid_.cell_bytes();
   if (rows_are_seekable_) return static_cast<std::size_t>(std::max(cell, kHashedAtOnce));
   // libtiff holds the compressed bytes of a block whole. They may be a little more than the samples, never more than the file.
