@@ -1,6 +1,7 @@
 #include "store/codec.h"
 
-// For ZSTD_c_literalCompressionMode, which the library has had under this number since 1.3.9.
+// For ZSTD_c_literalCompressionMode, which the library has had under this number since 1.3.9, and for
+// ZSTD_estimateCStreamSize_usingCParams.
 #define ZSTD_STATIC_LINKING_ONLY
 #include <zstd.h>
 
@@ -253,6 +254,13 @@ Result<EncodedPayload> encode_payload(std::span<const std::byte> raw, const Tile
   std::vector<std::byte> scratch;
   VT_ASSIGN(const PayloadView view, encode_payload(raw, shape, compression, scratch));
   return EncodedPayload{.codec = view.codec, .raw_bytes = view.raw_bytes, .bytes = {view.bytes.begin(), view.bytes.end()}};
+}
+
+// The context, the residuals and two frames to choose from.
+std::size_t compressor_bytes(Compression compression, std::size_t raw_bytes) {
+  if (compression.codec == Codec::kRaw) return 0;
+  return ZSTD_estimateCStreamSize_usingCParams(ZSTD_getCParams(compression.level, raw_bytes, 0)) + raw_bytes +
+         2 * ZSTD_compressBound(raw_bytes);
 }
 
 Result<void> decode_payload(Codec codec, std::span<const std::byte> stored, const TileShape& shape, std::span<std::byte> out) {

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <charconv>
 
+#include "builder/pipeline/build_memory.h"
 #include "builder/pipeline/dataset_store.h"
 #include "builder/pipeline/parallel.h"
 #include "builder/pipeline/plan_cost.h"
@@ -82,7 +83,7 @@ void print_plan(const pipeline::LayerPlan& plan, int threads, std::size_t memory
   for (const pipeline::Tier& tier : pipeline::plan_tiers(info, block_levels)) blocks += tier.blocks();
   cli::print(fmt::format("  work         {} blocks of {} x {} texels on {} threads, about {} of {} memory\n", blocks,
                          info.tile_texels() << block_levels, info.tile_texels() << block_levels, threads,
-                         cli::format_bytes(static_cast<std::size_t>(threads) * pipeline::worker_bytes(plan, block_levels)),
+                         cli::format_bytes(pipeline::build_memory(plan, block_levels, threads).total(threads)),
                          cli::format_bytes(memory_bytes)));
 }
 

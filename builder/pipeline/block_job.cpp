@@ -7,8 +7,6 @@
 namespace vt::pipeline {
 namespace {
 
-constexpr std::int64_t kChunkRows = 32;  // source rows decoded at once; they stay in the second-level cache
-
 // Calls use(chunk in layer texels) for every piece of `active` that is read at once. Chunks end on multiples of their height, so that
 // neighbouring blocks ask the source for the same rows.
 template <class Use>

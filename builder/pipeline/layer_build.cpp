@@ -8,8 +8,8 @@
 #include <set>
 #include <thread>
 
+#include "builder/pipeline/build_memory.h"
 #include "builder/pipeline/built_layer.h"
-#include "builder/pipeline/plan_cost.h"
 #include "builder/pipeline/source_check.h"
 
 namespace vt::pipeline {

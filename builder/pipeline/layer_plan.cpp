@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <filesystem>
 
 #include "builder/pipeline/layer_grid.h"
 #include "builder/pipeline/open_sources.h"
@@ -130,7 +131,43 @@ nlohmann::ordered_json settings_of(const LayerPlan& plan, const std::vector<Open
   return settings;
 }
 
+SourceLoad load_of(const std::vector<OpenSource>& sources, const std::vector<resample::PlacedSource>& placed, const LayerInfo& layer,
+                   std::size_t cache_bytes) {
+  SourceLoad load;
+  load.count = sources.size();
+  load.cache_bytes = cache_bytes;
+  const auto blocks = [](std::int64_t size, std::int64_t block) { return static_cast<std::uint64_t>((size + block - 1) / block); };
+  for (std::size_t i = 0; i < sources.size(); ++i) {
+    const source::RasterInfo& info = sources[i].raster->info();
+    const std::size_t sample = sample_bytes(info.sample_type) * static_cast<std::size_t>(info.bands);
+    load.sample_bytes += static_cast<std::uint64_t>(info.width) * static_cast<std::uint64_t>(info.height) * sample;
+    load.file_blocks += blocks(info.width, info.block_width) * blocks(info.height, info.block_height);
+    load.reader_bytes = std::max(load.reader_bytes, sources[i].raster->resident_bytes());
+    // Of what a reader holds about a third is the block as it is stored; the rest goes when the read ends.
+    if (info.compression != "none")
+      load.stored_block_bytes = std::max(load.stored_block_bytes, sources[i].raster->resident_bytes() * 2 / 5);
+    load.texel_bytes = std::max(load.texel_bytes, placed[i].layout.texel_bytes());
+    load.has_pictures = load.has_pictures || info.is_picture;
+    load.has_warped = load.has_warped || !placed[i].is_aligned;
+  }
+  const bool is_one_and_whole =
+      sources.size() == 1 && placed[0].is_aligned && placed[0].covered == TexelRect{0, 0, layer.data.width, layer.data.height};
+  load.has_planes = !is_one_and_whole;
+  return load;
+}
+
 }  // namespace
+
+std::size_t SourceLoad::chunk_bytes(std::int64_t width, int planes) const {
+  const auto texels = static_cast<std::size_t>(width * kChunkRows);
+  const std::size_t texel_planes = static_cast<std::size_t>(planes) * sizeof(float);
+  std::size_t bytes = texels * texel_bytes;
+  if (has_planes) bytes += (texels + static_cast<std::size_t>(width)) * texel_planes;
+  if (has_warped)
+    bytes += texels * sizeof(Point2) + static_cast<std::size_t>(resample::kMostWindowSamples) * (texel_bytes + texel_planes) +
+             static_cast<std::size_t>(width) * texel_planes;
+  return bytes;
+}
 
 Area LayerPlan::extent() const {
   return {info.grid.origin_x, info.grid.origin_y - static_cast<double>(info.data.height) * info.grid.step_y,
@@ -179,6 +216,8 @@ Result<LayerPlan> plan_layer(const LayerRequest& request, const std::optional<Da
     if (!codec) return fail(codec.error().code, sources[i].request.path.string() + ": " + codec.error().message);
     placed[i].codec = std::move(*codec);
   }
+  plan.codec = placed.front().codec;
+  plan.source_load = load_of(sources, placed, plan.info, options.source_cache_bytes);
   remark_on(sources, placed, plan);
   plan.settings = settings_of(plan, sources);
   plan.sampler = std::make_shared<const resample::BaseSampler>(std::move(placed), plan.info.data.width, plan.info.data.height);

@@ -9,13 +9,6 @@
 
 namespace vt::pipeline {
 
-// Resident bytes that one worker needs for a block of that size.
-[[nodiscard]] std::size_t worker_bytes(const LayerPlan& plan, int levels);
-
-// The largest block (2^levels tiles) that fits `threads` workers into `memory_bytes`, at most 4096 texels wide. kUsage when not even the
-// smallest does.
-[[nodiscard]] Result<int> choose_block_levels(const LayerPlan& plan, int threads, std::size_t memory_bytes);
-
 // Figures for --dry-run.
 struct PlanCost {
   std::uint64_t texels = 0;  // of all levels, data only

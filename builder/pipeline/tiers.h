@@ -9,6 +9,9 @@
 
 namespace vt::pipeline {
 
+// Rows of the finest level that are read and decoded at once; they stay in the second-level cache.
+inline constexpr std::int64_t kChunkRows = 32;
+
 // One pass over the pyramid: blocks of the base level, each filtered through `outputs` levels, and the level above them kept as carry for
 // the next tier.
 struct Tier {

@@ -6,6 +6,8 @@
 #include <span>
 #include <utility>
 
+#include "builder/resample/buffers.h"
+
 namespace vt::resample {
 
 BaseSampler::BaseSampler(std::vector<PlacedSource> sources, std::int64_t width, std::int64_t height)
@@ -65,7 +67,7 @@ Result<void> BaseSampler::assemble(BaseChunk& chunk, store::ContentHasher* conte
   chunk.codec_ = first.codec.get();
   chunk.texel_bytes_ = first.layout.texel_bytes();
   const std::size_t pitch = static_cast<std::size_t>(rect.width) * chunk.texel_bytes_;
-  chunk.samples_.resize(static_cast<std::size_t>(rect.height) * pitch);
+  refit(chunk.samples_, static_cast<std::size_t>(rect.height) * pitch);
   // Texels that are not always opaque cannot be copied one by one: what a texel without data looks like depends on its neighbours, and
   // those may come from another source.
   const auto is_opaque = [](const Part& part) { return part.source->is_opaque(); };
@@ -82,7 +84,8 @@ Result<void> BaseSampler::assemble(BaseChunk& chunk, store::ContentHasher* conte
 Result<void> BaseSampler::composite(BaseChunk& chunk, store::ContentHasher* content) const {
   const TexelRect& rect = chunk.rect();
   chunk.block_.planes = codec().planes();
-  chunk.block_.floats.assign(static_cast<std::size_t>(rect.width * rect.height * chunk.block_.planes), 0.0F);
+  refit(chunk.block_.floats, static_cast<std::size_t>(rect.width * rect.height * chunk.block_.planes));
+  std::ranges::fill(chunk.block_.floats, 0.0F);
   for (const Part& part : chunk.parts_) {
     if (content != nullptr) add_mark(*part.source, part.rect, rect, *content);
     VT_CHECK(part.source->is_aligned ? composite_aligned(part, chunk, content)
@@ -94,10 +97,10 @@ Result<void> BaseSampler::composite(BaseChunk& chunk, store::ContentHasher* cont
 Result<void> BaseSampler::composite_aligned(const Part& part, BaseChunk& chunk, store::ContentHasher* content) {
   const TexelRect& rect = part.rect;
   const auto pitch = static_cast<std::size_t>(rect.width) * part.source->layout.texel_bytes();
-  chunk.samples_.resize(static_cast<std::size_t>(rect.height) * pitch);
+  refit(chunk.samples_, static_cast<std::size_t>(rect.height) * pitch);
   VT_CHECK(part.source->read(part.source->window_of(rect), chunk.samples_, pitch, content));
   const int planes = chunk.block_.planes;
-  chunk.decoded_.resize(static_cast<std::size_t>(rect.width * planes));
+  refit(chunk.decoded_, static_cast<std::size_t>(rect.width * planes));
   for (std::int64_t row = 0; row < rect.height; ++row) {
     const std::byte* samples = chunk.samples_.data() + static_cast<std::size_t>(row) * pitch;
     const channels::PlaneRow lower = chunk.block_.row_at(rect.x, rect.y + row);

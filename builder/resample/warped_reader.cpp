@@ -5,6 +5,8 @@
 #include <limits>
 #include <optional>
 
+#include "builder/resample/buffers.h"
+
 namespace vt::resample {
 namespace {
 
@@ -38,7 +40,7 @@ std::optional<source::Window> window_around(const source::RasterInfo& info, cons
 // finer source makes a window large: the part is cut until it is not.
 template <class Use>
 Result<void> for_each_window(const PlacedSource& source, const TexelRect& part, WarpBuffers& buffers, const Use& use) {
-  buffers.positions.resize(static_cast<std::size_t>(part.width * part.height));
+  refit(buffers.positions, static_cast<std::size_t>(part.width * part.height));
   source.warp->map_centres(part, buffers.positions);
   const auto window = window_around(source.raster->info(), buffers.positions);
   if (!window) return {};
@@ -62,9 +64,9 @@ Result<void> for_each_window(const PlacedSource& source, const TexelRect& part, 
 Result<void> decode_window(const PlacedSource& source, const source::Window& window, WarpBuffers& buffers, store::ContentHasher* content) {
   const int planes = source.codec->planes();
   const auto pitch = static_cast<std::size_t>(window.width) * source.layout.texel_bytes();
-  buffers.samples.resize(static_cast<std::size_t>(window.height) * pitch);
+  refit(buffers.samples, static_cast<std::size_t>(window.height) * pitch);
   VT_CHECK(source.read(window, buffers.samples, pitch, content));
-  buffers.planes.resize(static_cast<std::size_t>(window.width * window.height * planes));
+  refit(buffers.planes, static_cast<std::size_t>(window.width * window.height * planes));
   for (std::int64_t y = 0; y < window.height; ++y) {
     channels::PlaneRow out{};
     for (int p = 0; p < planes; ++p) out[static_cast<std::size_t>(p)] = buffers.planes.data() + (y * planes + p) * window.width;

@@ -297,6 +297,7 @@ Result<std::unique_ptr<RasterSource>> read_picture(std::shared_ptr<const FileByt
 
   RasterInfo info;
   info.path = path;
+  info.is_picture = true;
   info.width = spec.width;
   info.height = spec.height;
   info.bands = spec.nchannels;

@@ -40,6 +40,7 @@ struct RasterInfo {
   std::int64_t block_width = 0;  // of the file's tiles or strips
   std::int64_t block_height = 0;
   bool tiled = false;
+  bool is_picture = false;  // read through OpenImageIO
   std::string compression;  // for reports: "none", "deflate", "lzw", "zstd", "jpeg", ...
 };
 

@@ -2,7 +2,7 @@
 
 #include "builder/channels/channel_codec.h"
 #include "builder/encode/bc1_encoder.h"
-#include "builder/pipeline/plan_cost.h"
+#include "builder/pipeline/build_memory.h"
 #include "builder/pyramid/halving_kernel.h"
 #include "tests/pipeline/layer_kinds.h"
 #include "tests/support/whole_image.h"

@@ -32,6 +32,7 @@ struct RasterSpec {
   geo::GeoTransform transform{500000.0, 2.0, 0.0, 5400000.0, 0.0, -2.0};
   int epsg = 32633;
   int tile = 64;
+  source::GeoTiffSpec::Compression compression = source::GeoTiffSpec::Compression::kNone;
 };
 
 // `value(x, y, band)` is converted to the sample type.
@@ -47,6 +48,7 @@ inline void write_raster(const std::filesystem::path& path, const RasterSpec& sp
   tiff.transform = spec.transform;
   tiff.crs = geo::Crs::from_epsg(spec.epsg).value();
   tiff.tile = spec.tile;
+  tiff.compression = spec.compression;
   auto writer = source::GeoTiffWriter::create(path, tiff);
   ASSERT_TRUE(writer.has_value()) << writer.error().message;
   const std::size_t bytes = sample_bytes(spec.type);

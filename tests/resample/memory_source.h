@@ -43,6 +43,7 @@ class MemorySource final : public source::RasterSource {
 
   void release_rows_before(std::int64_t row) const override { released.push_back(row); }
   [[nodiscard]] std::size_t resident_bytes() const override { return 0; }
+  [[nodiscard]] std::uint64_t decoded_bytes() const override { return 0; }
 
   mutable std::vector<std::int64_t> released;  // hints in the order they came
 

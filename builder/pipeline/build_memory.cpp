@@ -1,0 +1,153 @@
+#include "builder/pipeline/build_memory.h"
+
+#include <algorithm>
+#include <string>
+#include <vector>
+
+#include "builder/pyramid/block_cascade.h"
+#include "builder/pyramid/reduce_rows.h"
+#include "store/codec.h"
+
+namespace vt::pipeline {
+namespace {
+
+constexpr std::size_t kMebibyte = std::size_t{1} << 20;
+
+constexpr std::size_t kSourceBytes = 4096;         // one open source without its samples, measured on 10,000 GeoTIFFs
+constexpr std::size_t kDecoderBytes = 96 << 10;    // an idle TIFF decoder without the stored block in it
+constexpr std::size_t kMostIdleDecoders = 32;      // of source::FilePool
+constexpr std::size_t kBlockHashBytes = 128;       // of a remembered block of a file
+constexpr std::size_t kMostBlockHashes = 1 << 16;  // of source::BlockCache
+constexpr std::size_t kIndexPageBytes = 20 << 10;  // a page of the store's index in memory
+constexpr std::size_t kMostIndexBytes = 16 << 20;  // of all pages
+constexpr std::size_t kSharedValueBytes = 160;     // a constant value in the store's table
+constexpr std::size_t kMostSharedValues = 1 << 16;
+constexpr std::size_t kBlockListBytes = 32;      // of a block in the lists of what is to be done
+constexpr std::size_t kThreadBytes = 256 << 10;  // stack in use, the allocator's own
+
+// The widest block of a tier: one in the middle of the layer, as far as the data reach.
+std::vector<pyramid::BlockLevel> widest_block(const LayerPlan& plan, const Tier& tier) {
+  const std::int64_t edge = tier.block_texels;
+  std::vector<pyramid::BlockLevel> block =
+      pyramid::plan_block({edge, edge, edge, edge}, {0, 0, 3 * edge, 3 * edge}, tier.outputs, tier.has_carry, plan.kernel);
+  for (std::size_t k = 0; k < block.size(); ++k) {
+    const TexelRect data = coarser(tier.data, static_cast<int>(k));
+    for (TexelRect* rect : {&block[k].core, &block[k].active}) rect->width = std::min(rect->width, data.width);
+  }
+  return block;
+}
+
+std::size_t cascade_bytes(const LayerPlan& plan, const std::vector<pyramid::BlockLevel>& block) {
+  constexpr std::size_t kPad = 64;
+  const auto ring_rows = static_cast<std::size_t>(plan.kernel.taps + 4);
+  const auto planes = static_cast<std::size_t>(plan.codec->planes());
+  std::size_t floats = 0;
+  for (const pyramid::BlockLevel& level : block) floats += ring_rows * planes * (static_cast<std::size_t>(level.active.width) + kPad);
+  const std::size_t widest = static_cast<std::size_t>(block.front().active.width) + kPad;
+  return (floats + 2 * widest + pyramid::halve_scratch_floats(widest)) * sizeof(float);
+}
+
+// A row of tiles of every level, and of each level one tile on its way through the encoders.
+std::size_t tile_bytes(const LayerPlan& plan, const std::vector<pyramid::BlockLevel>& block, std::size_t outputs) {
+  const std::size_t edge = plan.info.tile_texels();
+  const std::size_t raw = edge * edge * format_info(plan.codec->texel_format()).block_bytes;
+  const std::size_t payload = plan.info.tile_payload_bytes();
+  std::size_t bytes = 0;
+  for (std::size_t k = 0; k < outputs; ++k) {
+    const std::size_t tiles = (static_cast<std::size_t>(block[k].core.width) + edge - 1) / edge;
+    bytes += tiles * raw;
+    if (plan.info.format == TexelFormat::kBc1) bytes += payload;
+    if (plan.compression.codec != store::Codec::kRaw) bytes += payload + payload / 128;
+  }
+  return bytes;
+}
+
+std::size_t tier_bytes(const LayerPlan& plan, const Tier& tier, bool is_first) {
+  const std::vector<pyramid::BlockLevel> block = widest_block(plan, tier);
+  const std::size_t edge = plan.info.tile_texels();
+  const std::size_t carry_tile = edge * edge * format_info(plan.codec->carry_format()).block_bytes;
+  std::size_t bytes = cascade_bytes(plan, block) + tile_bytes(plan, block, static_cast<std::size_t>(tier.outputs));
+  std::size_t compressor = store::compressor_bytes(plan.compression, plan.info.tile_payload_bytes());
+  if (tier.has_carry) {
+    bytes += carry_tile;
+    compressor = std::max(compressor, store::compressor_bytes({store::Codec::kZstd, 1}, carry_tile));
+  }
+  bytes += compressor;
+  const std::int64_t width = block.front().active.width;
+  if (is_first) return bytes + plan.source_load.chunk_bytes(width, plan.codec->planes()) + plan.source_load.reader_bytes;
+  return bytes + (static_cast<std::size_t>(width) / edge + 2) * carry_tile;  // a row of tiles of the tier before
+}
+
+// What one tier has freed is not always given back before the next.
+std::size_t worker_bytes(const LayerPlan& plan, int levels) {
+  std::size_t most = 0;
+  std::size_t sum = 0;
+  const std::vector<Tier> tiers = plan_tiers(plan.info, levels);
+  for (std::size_t i = 0; i < tiers.size(); ++i) {
+    const std::size_t bytes = tier_bytes(plan, tiers[i], i == 0);
+    most = std::max(most, bytes);
+    sum += bytes;
+  }
+  return kThreadBytes + most + std::min(most, sum - most) / 4;
+}
+
+std::size_t sources_bytes(const SourceLoad& load, int threads) {
+  // Each thread's own is counted with the thread; those of other files stay for a while.
+  const std::size_t decoders = std::min(kMostIdleDecoders, (std::max<std::size_t>(load.count, 1) - 1) * static_cast<std::size_t>(threads));
+  const auto hashes = static_cast<std::size_t>(std::min<std::uint64_t>(kMostBlockHashes, load.file_blocks));
+  return load.count * kSourceBytes + static_cast<std::size_t>(std::min<std::uint64_t>(load.cache_bytes, load.sample_bytes)) +
+         decoders * (kDecoderBytes + load.stored_block_bytes) + hashes * kBlockHashBytes;
+}
+
+std::size_t store_bytes(const LayerPlan& plan, int levels) {
+  std::uint64_t tiles = 0;
+  for (int level = 0; level <= plan.info.finest.value; ++level) {
+    const TexelRect rect = plan.info.tile_rect(Level{static_cast<std::uint8_t>(level)});
+    tiles += static_cast<std::uint64_t>(rect.width) * static_cast<std::uint64_t>(rect.height);
+  }
+  std::uint64_t blocks = 0;
+  for (const Tier& tier : plan_tiers(plan.info, levels)) blocks += static_cast<std::uint64_t>(tier.blocks());
+  // Pages hold 1024 tiles and are cut by the data's edges; the layer, its carry and its marks have pages of their own.
+  const std::uint64_t pages = tiles / 512 + blocks / 256 + 4 * static_cast<std::uint64_t>(plan.info.finest.value + 1);
+  const auto index = static_cast<std::size_t>(std::min<std::uint64_t>(kMostIndexBytes, pages * kIndexPageBytes));
+  const auto values = static_cast<std::size_t>(std::min<std::uint64_t>(kMostSharedValues, tiles + blocks));
+  return index + values * kSharedValueBytes + static_cast<std::size_t>(blocks) * kBlockListBytes;
+}
+
+std::string mebibytes(std::size_t bytes) { return std::to_string((bytes + kMebibyte - 1) / kMebibyte) + "M"; }
+
+}  // namespace
+
+BuildMemory build_memory(const LayerPlan& plan, int levels, int threads) {
+  BuildMemory memory;
+  memory.program = kProgramBytes + (plan.source_load.has_pictures ? kPictureLibraryBytes : 0);
+  memory.sources = sources_bytes(plan.source_load, threads);
+  memory.store = store_bytes(plan, levels);
+  memory.worker = worker_bytes(plan, levels);
+  return memory;
+}
+
+Result<int> choose_block_levels(const LayerPlan& plan, int threads, std::size_t memory_bytes) {
+  const int widest = std::max(1, 12 - int{plan.info.tile_exponent});
+  for (int levels = widest; levels >= 1; --levels)
+    if (build_memory(plan, levels, threads).total(threads) <= memory_bytes) return levels;
+
+  const auto least = [&](int workers) {
+    std::size_t bytes = build_memory(plan, 1, workers).total(workers);
+    for (int levels = 2; levels <= widest; ++levels) bytes = std::min(bytes, build_memory(plan, levels, workers).total(workers));
+    return bytes;
+  };
+  std::string message = "--memory " + mebibytes(memory_bytes) + " is too little for layer '" + plan.info.name + "' with " +
+                        std::to_string(threads) + (threads == 1 ? " thread" : " threads") + "; it needs --memory " +
+                        mebibytes(least(threads));
+  for (int fewer = threads - 1; fewer >= 1; --fewer)
+    if (least(fewer) <= memory_bytes) {
+      message += ", or --threads " + std::to_string(fewer);
+      break;
+    } else if (fewer == 1) {
+      message += ", or at least --memory " + mebibytes(least(1)) + " with --threads 1";
+    }
+  return fail(ErrorCode::kUsage, message);
+}
+
+}  // namespace vt::pipeline

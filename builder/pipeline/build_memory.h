@@ -1,0 +1,34 @@
+// What a build keeps in memory, counted before it begins: `--memory` is honoured by choosing blocks that fit. Arithmetic only; any thread.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+#include "builder/pipeline/layer_plan.h"
+#include "store/result.h"
+
+namespace vt::pipeline {
+
+// The program itself: code, libraries and what they touch, measured with a build of one small tile. Reading pictures other than TIFF loads
+// another library with many of its own.
+inline constexpr std::size_t kProgramBytes = std::size_t{12} << 20;
+inline constexpr std::size_t kPictureLibraryBytes = std::size_t{128} << 20;
+
+// Bytes by what they are for. Upper bounds where the exact figure depends on the data.
+struct BuildMemory {
+  std::size_t program = 0;
+  std::size_t sources = 0;  // descriptions of all files, decoded blocks kept for all, idle decoders
+  std::size_t store = 0;    // pages of the index, shared values, lists of blocks
+  std::size_t worker = 0;   // one worker: rows of all levels, tiles in the making, samples being read
+
+  [[nodiscard]] std::size_t total(int threads) const { return program + sources + store + static_cast<std::size_t>(threads) * worker; }
+};
+
+// With blocks of 2^levels tiles along an edge.
+[[nodiscard]] BuildMemory build_memory(const LayerPlan& plan, int levels, int threads);
+
+// The largest block (2^levels tiles) that fits `threads` workers into `memory_bytes`, at most 4096 texels wide. kUsage when not even the
+// smallest does: the message says how many threads or how much memory would.
+[[nodiscard]] Result<int> choose_block_levels(const LayerPlan& plan, int threads, std::size_t memory_bytes);
+
+}  // namespace vt::pipeline

@@ -1,0 +1,136 @@
+// --memory is what the whole program may use: measured as the peak resident set of vtbuild, libraries included.
+#include <gtest/gtest.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include "builder/pipeline/build_memory.h"
+#include "tests/pipeline/small_builds.h"
+
+namespace vt::pipeline {
+namespace {
+
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+constexpr bool kMeasurable = false;
+#else
+constexpr bool kMeasurable = true;
+#endif
+
+// In a process of its own: a program that is started from this one is charged with what this one has used before.
+void in_child(const std::function<void()>& work) {
+  const pid_t child = fork();
+  if (child == 0) {
+    work();
+    _exit(testing::Test::HasFailure() ? 1 : 0);
+  }
+  int status = 0;
+  ASSERT_EQ(waitpid(child, &status, 0), child);
+  ASSERT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) == 0);
+}
+
+struct Outcome {
+  int exit_code = -1;
+  std::size_t peak_bytes = 0;
+};
+
+Outcome run_vtbuild(std::vector<std::string> arguments) {
+  arguments.insert(arguments.begin(), VT_VTBUILD);
+  std::vector<char*> words;
+  for (std::string& argument : arguments) words.push_back(argument.data());
+  words.push_back(nullptr);
+  const pid_t child = fork();
+  if (child == 0) {
+    if (freopen("/dev/null", "w", stdout) == nullptr || freopen("/dev/null", "w", stderr) == nullptr) _exit(126);
+    execv(VT_VTBUILD, words.data());
+    _exit(127);
+  }
+  int status = 0;
+  rusage usage{};
+  EXPECT_EQ(wait4(child, &status, 0, &usage), child);
+  return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, static_cast<std::size_t>(usage.ru_maxrss) * 1024};
+}
+
+class Memory : public testing::Test {
+ protected:
+  void SetUp() override {
+    if (!kMeasurable) GTEST_SKIP() << "a sanitizer's own memory is not ours to count";
+  }
+
+  // Builds with each amount of memory and number of threads.
+  void expect_within(const std::string& input, const std::vector<std::string>& options,
+                     const std::vector<std::pair<int, int>>& mebibytes_threads) {
+    for (const auto& [mebibytes, threads] : mebibytes_threads) {
+      const auto store = folder_ / "out.vts";
+      std::filesystem::remove(store);
+      std::vector<std::string> arguments{
+          "layer",    (folder_ / input).string(),      "-o",        store.string(),         "--progress", "none",
+          "--memory", std::to_string(mebibytes) + "M", "--threads", std::to_string(threads)};
+      arguments.insert(arguments.end(), options.begin(), options.end());
+      const Outcome run = run_vtbuild(arguments);
+      EXPECT_EQ(run.exit_code, 0) << input << " with " << mebibytes << "M and " << threads << " threads";
+      EXPECT_LE(run.peak_bytes, static_cast<std::size_t>(mebibytes) << 20) << input << " with " << threads << " threads";
+    }
+  }
+
+  test::TempFolder folder_;
+};
+
+double code(std::int64_t x, std::int64_t y, int band) { return (x / 40 + y / 56) % 100 + hash_noise(x, y, band) % 100; }
+
+TEST_F(Memory, APlainRasterBuildsInWhatItIsGiven) {
+  in_child([&] { write_raster(folder_ / "plain.tif", {.width = 3000, .height = 3000, .tile = 256}, code); });
+  expect_within("plain.tif", {"--channel", "color"}, {{40, 1}, {96, 4}, {512, 2}});
+}
+
+TEST_F(Memory, SoDoesAResampledOne) {
+  in_child([&] { write_raster(folder_ / "plain.tif", {.width = 2000, .height = 2000, .tile = 256}, code); });
+  expect_within("plain.tif", {"--channel", "color", "--gsd", "1.3"}, {{48, 1}, {112, 4}});
+  expect_within("plain.tif", {"--channel", "color", "--crs", "EPSG:4326"}, {{48, 1}, {112, 4}});
+}
+
+TEST_F(Memory, SoDoesOneOfLargeCompressedTiles) {
+  in_child([&] {
+    write_raster(folder_ / "large.tif",
+                 {.width = 4000, .height = 2048, .tile = 1024, .compression = source::GeoTiffSpec::Compression::kDeflate}, code);
+  });
+  expect_within("large.tif", {"--channel", "color"}, {{60, 1}, {144, 4}});
+}
+
+TEST_F(Memory, SoDoesAMosaic) {
+  in_child([&] {
+    std::filesystem::create_directory(folder_ / "tiles");
+    for (std::int64_t i = 0; i < 400; ++i) {
+      RasterSpec spec{
+          .width = 100, .height = 100, .bands = 1, .type = SampleType::kFloat32, .compression = source::GeoTiffSpec::Compression::kLzw};
+      spec.transform.x0 += static_cast<double>(i % 20 * 100) * spec.transform.x_column;
+      spec.transform.y0 += static_cast<double>(i / 20 * 100) * spec.transform.y_row;
+      write_raster(folder_ / ("tiles/" + std::to_string(i) + ".tif"), spec, code);
+    }
+  });
+  expect_within("tiles", {"--channel", "elevation"}, {{56, 1}, {104, 4}});
+}
+
+TEST_F(Memory, WhatCannotFitSaysWhatWould) {
+  write_raster(folder_ / "a.tif", {.width = 600, .height = 600}, code);
+  const auto plan = plan_layer(request_for({folder_ / "a.tif"}, ChannelType::kColor), std::nullopt, 1 << 20);
+  ASSERT_TRUE(plan.has_value());
+  const auto refused = choose_block_levels(*plan, 64, std::size_t{40} << 20);
+  ASSERT_FALSE(refused.has_value());
+  EXPECT_EQ(refused.error().code, ErrorCode::kUsage);
+
+  // The memory that it asks for is enough, and so is the number of threads that it offers.
+  const std::string& message = refused.error().message;
+  const auto number_after = [&](const std::string& words) {
+    const std::size_t at = message.find(words);
+    EXPECT_NE(at, std::string::npos) << message;
+    return at == std::string::npos ? 0 : std::stoi(message.substr(at + words.size()));
+  };
+  const int mebibytes = number_after("it needs --memory ");
+  const int threads = number_after("or --threads ");
+  EXPECT_TRUE(choose_block_levels(*plan, 64, static_cast<std::size_t>(mebibytes) << 20).has_value());
+  EXPECT_TRUE(choose_block_levels(*plan, threads, std::size_t{40} << 20).has_value());
+  EXPECT_FALSE(choose_block_levels(*plan, threads + 1, std::size_t{40} << 20).has_value());
+}
+
+}  // namespace
+}  // namespace vt::pipeline
