@@ -68,7 +68,7 @@ Result<int> run(const BenchBuildFlags& flags) {
   std::size_t ours = 0;  // the build that the contenders around belong to
   for (std::size_t i = 0; i < contenders.size(); ++i) {
     if (contenders[i].is_ours) ours = i;
-    report.add(contenders[i], measured[i]);
+    if (!measured[i].failed) report.add(contenders[i], measured[i]);
     const bool job_ends = i + 1 == contenders.size() || contenders[i + 1].is_ours;
     if (!parts || !job_ends) continue;
     VT_ASSIGN(const PartSeconds seconds, parts->measure(contenders[ours].kind, measured[ours].output_bytes));

@@ -16,7 +16,7 @@ Parts:
   dem        heights, beside GDAL                                                                                       10 s
   sources    the same samples in tiled, striped and compressed TIFFs and in a PNG, beside decoding alone                 1 min
   sizes      0.25, 1 and 4 gigapixels: memory and rate                                                                   1 min
-  mosaic     10,000 files beside one                                                                                   1.5 min
+  mosaic     10,000 files beside one                                                                                     2 min
   accuracy   speed against error, every kernel, format and compression, beside GDAL and libvips                          1 min
   lookup     finding and reading tiles in an index of a million tiles                                                   20 s
   frame      a flight over the scene by both OpenGL paths                                                               30 s

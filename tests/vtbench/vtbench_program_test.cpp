@@ -16,9 +16,9 @@ namespace {
 
 class Vtbench : public ::testing::Test {
  protected:
-  int run(std::vector<std::string> arguments) {
+  int run(std::vector<std::string> arguments, std::vector<std::pair<std::string, std::string>> environment = {}) {
     arguments.insert(arguments.begin(), VT_VTBENCH);
-    const auto child = run_child({arguments, {}, folder_ / "out", folder_ / "err"});
+    const auto child = run_child({arguments, std::move(environment), folder_ / "out", folder_ / "err"});
     EXPECT_TRUE(child.has_value()) << (child ? "" : child.error().message);
     return child ? child->exit_code : -1;
   }
@@ -181,6 +181,21 @@ TEST_F(Vtbench, PartsOfHeightsAddUp) {
   }
   EXPECT_EQ(jobs, (std::set<std::string>{"elevation, box filter, r32f, uncompressed", "elevation, box filter, r32f, zstd:1"}));
   EXPECT_TRUE(left_nothing());
+}
+
+TEST_F(Vtbench, APeerThatFailsIsLeftOutAndTheRestIsMeasured) {
+  write_picture("in.tif", 64);
+  ASSERT_TRUE(std::filesystem::create_directory(folder_ / "programs"));
+  const auto fake = folder_ / "programs" / "vips";
+  ASSERT_TRUE(write_text_file(fake, "#!/bin/sh\necho out of order >&2\nexit 3\n").has_value());
+  std::filesystem::permissions(fake, std::filesystem::perms::owner_all);
+  ASSERT_EQ(run({"build", file("in.tif"), "--runs", "2", "--no-parts", "--csv", file("b.csv"), "--scratch", file("scratch")},
+                {{"PATH", file("programs")}}),
+            0)
+      << text("err");
+  EXPECT_EQ(parse_csv(text("b.csv")).size(), 4U);  // ours
+  EXPECT_NE(text("err").find("vips tiffsave --pyramid is left out"), std::string::npos);
+  EXPECT_NE(text("err").find("out of order"), std::string::npos);
 }
 
 TEST_F(Vtbench, SourcesBuildsEveryKindOfFile) {
