@@ -1,10 +1,9 @@
 #include "store/content_hash.h"
 
-#define XXH_INLINE_ALL
-#include <xxhash.h>
-
 #include <cstdio>
 #include <cstring>
+
+#include "store/xxh3.h"
 
 namespace vt::store {
 

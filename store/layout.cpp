@@ -1,12 +1,11 @@
 #include "store/layout.h"
 
-#define XXH_INLINE_ALL
-#include <xxhash.h>
-
 #include <algorithm>
 #include <cmath>
 #include <set>
 #include <string_view>
+
+#include "store/xxh3.h"
 
 namespace vt::store {
 namespace {

@@ -55,8 +55,10 @@ Result<cli::ProgressMode> BuildFlags::progress_mode() const {
   return *mode;
 }
 
-pipeline::PlanOptions BuildFlags::plan_options(std::size_t memory_bytes) const {
-  return {.source_cache_bytes = std::clamp<std::size_t>(memory_bytes / 8, 4 << 20, std::size_t{128} << 20), .threads = threads};
+pipeline::PlanOptions BuildFlags::plan_options(std::size_t memory_bytes, const std::filesystem::path& store) const {
+  return {.source_cache_bytes = std::clamp<std::size_t>(memory_bytes / 8, 4 << 20, std::size_t{128} << 20),
+          .threads = threads,
+          .scratch_folder = store.has_parent_path() ? store.parent_path() : "."};
 }
 
 void print_plan(const pipeline::LayerPlan& plan, int threads, std::size_t memory_bytes, int block_levels) {

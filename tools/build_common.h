@@ -29,8 +29,8 @@ struct BuildFlags {
   // Parsed forms; kUsage when a text makes no sense.
   [[nodiscard]] Result<std::size_t> memory_bytes() const;
   [[nodiscard]] Result<cli::ProgressMode> progress_mode() const;
-  // The sources of a layer may keep an eighth of the memory decoded, 4 to 128 MiB.
-  [[nodiscard]] pipeline::PlanOptions plan_options(std::size_t memory_bytes) const;
+  // The sources of a layer may keep an eighth of the memory decoded, 4 to 128 MiB; their scratch file lies beside the store.
+  [[nodiscard]] pipeline::PlanOptions plan_options(std::size_t memory_bytes, const std::filesystem::path& store) const;
 };
 
 // "512M", "2G", "800000000".

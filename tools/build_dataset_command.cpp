@@ -27,7 +27,7 @@ Result<int> run(const DatasetFlags& flags) {
   std::vector<pipeline::LayerPlan> plans;
   std::optional<Area> area = scene.area;
   for (const pipeline::LayerRequest& request : scene.layers) {
-    VT_ASSIGN(pipeline::LayerPlan plan, pipeline::plan_layer(request, frame, flags.build.plan_options(memory)));
+    VT_ASSIGN(pipeline::LayerPlan plan, pipeline::plan_layer(request, frame, flags.build.plan_options(memory, flags.output)));
     if (!frame) frame = pipeline::DatasetFrame{plan.crs, std::nullopt};
     if (!scene.area) area = area ? pipeline::united(*area, plan.extent()) : plan.extent();
     plans.push_back(std::move(plan));

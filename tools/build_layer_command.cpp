@@ -112,7 +112,7 @@ Result<int> run(const LayerFlags& flags) {
   VT_ASSIGN(const auto frame, pipeline::existing_frame(flags.output));
   VT_ASSIGN(const pipeline::LayerRequest request, request_from(flags, frame));
   VT_ASSIGN(const std::size_t memory, flags.build.memory_bytes());
-  VT_ASSIGN(pipeline::LayerPlan plan, pipeline::plan_layer(request, frame, flags.build.plan_options(memory)));
+  VT_ASSIGN(pipeline::LayerPlan plan, pipeline::plan_layer(request, frame, flags.build.plan_options(memory, flags.output)));
   const Area extent = plan.extent();
   std::vector<pipeline::LayerPlan> plans;
   plans.push_back(std::move(plan));

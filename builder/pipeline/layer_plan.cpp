@@ -145,7 +145,10 @@ Result<LayerPlan> plan_layer(const LayerRequest& request, const std::optional<Da
   VT_ASSIGN(plan.compression, store::parse_compression(request.compression));
 
   const int threads = thread_count(options.threads);
-  const SharedReading shared{std::make_shared<source::BlockCache>(options.source_cache_bytes), std::make_shared<source::FilePool>()};
+  const SharedReading shared{
+      .cache = std::make_shared<source::BlockCache>(options.source_cache_bytes),
+      .files = std::make_shared<source::FilePool>(),
+      .scratch = options.scratch_folder.empty() ? nullptr : std::make_shared<source::ScratchFile>(options.scratch_folder)};
   VT_ASSIGN(const std::vector<OpenSource> sources, open_sources(request.sources, shared, threads));
   if (frame && request.crs && !frame->crs.same_coordinates(*request.crs))
     return fail(ErrorCode::kUsage,

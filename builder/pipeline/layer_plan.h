@@ -1,6 +1,7 @@
 // From what a user asks for to what will be built: the layer's grid, its levels, its sources in their places. Nothing is written here.
 #pragma once
 
+#include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -40,6 +41,8 @@ struct LayerPlan {
 struct PlanOptions {
   std::size_t source_cache_bytes = std::size_t{32} << 20;  // decoded source blocks kept, all sources together
   int threads = 0;                                         // that open sources; 0: as many as the machine has
+  std::filesystem::path
+      scratch_folder;  // where decoded samples of sources without tiles wait, see builder/source/cell_store.h; empty: none
 };
 
 // Opens the sources. Errors name the file and say which option helps.

@@ -58,6 +58,7 @@ Result<OpenSource> open_source(const SourceRequest& request, const SharedReading
   options.nodata = request.nodata;
   options.cache = shared.cache;
   options.files = shared.files;
+  options.scratch = shared.scratch;
   VT_ASSIGN(std::unique_ptr<source::RasterSource> raster, source::open_raster(request.path, options));
   const RasterInfo& info = raster->info();
   geo::Crs crs;

@@ -12,6 +12,7 @@
 #include "builder/source/block_cache.h"
 #include "builder/source/file_pool.h"
 #include "builder/source/raster_source.h"
+#include "builder/source/scratch_file.h"
 #include "store/result.h"
 
 namespace vt::pipeline {
@@ -26,8 +27,9 @@ struct OpenSource {
 
 // What all sources of a layer share.
 struct SharedReading {
-  std::shared_ptr<source::BlockCache> cache;  // decoded blocks
-  std::shared_ptr<source::FilePool> files;    // descriptors and decoders
+  std::shared_ptr<source::BlockCache> cache;     // decoded blocks
+  std::shared_ptr<source::FilePool> files;       // descriptors and decoders
+  std::shared_ptr<source::ScratchFile> scratch;  // null: none
 };
 
 // In the order of the requests, on `threads` threads. Errors name the file and say which option helps; of several, the first in order.

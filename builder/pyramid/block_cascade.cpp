@@ -131,6 +131,11 @@ void BlockCascade::halve_into(LevelState& fine, LevelState& coarse) {
   channels::PlaneRow out{};
   for (int p = 0; p < planes_; ++p) out[static_cast<std::size_t>(p)] = row_at(coarse, y, p);
   for (int p = 0; p < last_plane; ++p) {
+    if (kernel_.taps == 2) {
+      halve_two_rows(row_or_zeros(fine, first, p) + start, row_or_zeros(fine, first + 1, p) + start, kernel_,
+                     static_cast<std::size_t>(active.width), out[static_cast<std::size_t>(p)]);
+      continue;
+    }
     const float* rows[kMaxTaps];
     for (int t = 0; t < kernel_.taps; ++t) rows[t] = row_or_zeros(fine, first + t, p) - kPad;
     combine_rows(rows, kernel_, static_cast<std::size_t>(fine.stride), combined_.data());

@@ -67,6 +67,30 @@ void halve(const float* row, const HalvingKernel& kernel, std::size_t count, flo
   combine<kTaps>(taps, kernel, count, out);
 }
 
+void HalveTwoRows(const float* upper, const float* lower, const HalvingKernel& kernel, std::size_t count, float* out) {
+  const hn::ScalableTag<float> d;
+  using V = hn::Vec<decltype(d)>;
+  const std::size_t lanes = hn::Lanes(d);
+  const V weight = hn::Set(d, kernel.weight[0]);
+  std::size_t i = 0;
+  for (; i + lanes <= count; i += lanes) {
+    V upper_even;
+    V upper_odd;
+    V lower_even;
+    V lower_odd;
+    hn::LoadInterleaved2(d, upper + 2 * i, upper_even, upper_odd);
+    hn::LoadInterleaved2(d, lower + 2 * i, lower_even, lower_odd);
+    const V even = hn::Mul(weight, hn::Add(upper_even, lower_even));
+    const V odd = hn::Mul(weight, hn::Add(upper_odd, lower_odd));
+    hn::StoreU(hn::Mul(weight, hn::Add(even, odd)), d, out + i);
+  }
+  for (; i < count; ++i) {
+    const float even = kernel.weight[0] * (upper[2 * i] + lower[2 * i]);
+    const float odd = kernel.weight[0] * (upper[2 * i + 1] + lower[2 * i + 1]);
+    out[i] = kernel.weight[0] * (even + odd);
+  }
+}
+
 void CombineRows(const float* const* rows, const HalvingKernel& kernel, std::size_t count, float* out) {
   kernel.taps == 2 ? combine<2>(rows, kernel, count, out) : combine<12>(rows, kernel, count, out);
 }
@@ -83,6 +107,7 @@ namespace vt::pyramid {
 
 HWY_EXPORT(CombineRows);
 HWY_EXPORT(HalveRow);
+HWY_EXPORT(HalveTwoRows);
 
 void combine_rows(const float* const* rows, const HalvingKernel& kernel, std::size_t count, float* out) {
   HWY_DYNAMIC_DISPATCH(CombineRows)(rows, kernel, count, out);
@@ -90,6 +115,10 @@ void combine_rows(const float* const* rows, const HalvingKernel& kernel, std::si
 
 void halve_row(const float* row, const HalvingKernel& kernel, std::size_t count, float* scratch, float* out) {
   HWY_DYNAMIC_DISPATCH(HalveRow)(row, kernel, count, scratch, out);
+}
+
+void halve_two_rows(const float* upper, const float* lower, const HalvingKernel& kernel, std::size_t count, float* out) {
+  HWY_DYNAMIC_DISPATCH(HalveTwoRows)(upper, lower, kernel, count, out);
 }
 
 }  // namespace vt::pyramid

@@ -16,6 +16,10 @@ void combine_rows(const float* const* rows, const HalvingKernel& kernel, std::si
 // out[i] = sum over t of kernel.weight[t] * row[2 * i - kernel.reach() + t], paired in the same way. `row` is readable from -reach() - 1 to
 // 2 * count + reach() + 1. `scratch` holds at least halve_scratch_floats(count) floats.
 void halve_row(const float* row, const HalvingKernel& kernel, std::size_t count, float* scratch, float* out);
+// Both at once for a kernel of two taps: the same roundings in the same order as combine_rows and halve_row, without the rows between.
+// out[i] comes from both rows at 2 * i and 2 * i + 1.
+void halve_two_rows(const float* upper, const float* lower, const HalvingKernel& kernel, std::size_t count, float* out);
+
 [[nodiscard]] constexpr std::size_t halve_scratch_floats(std::size_t count) { return 2 * (count + 64); }
 
 }  // namespace vt::pyramid

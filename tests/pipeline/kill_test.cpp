@@ -33,13 +33,13 @@ bool run_and_kill(const Work& work, std::optional<double> milliseconds) {
 
 // The same build twice over: through the library, which starts in no time, so that many moments can be tried, and as the program that
 // people run.
-int build_with_library(const std::filesystem::path& input, const std::filesystem::path& store, int threads) {
+int build_with_library(const std::filesystem::path& input, const std::filesystem::path& store, int threads, bool update = false) {
   LayerRequest request = request_for({input}, ChannelType::kColor);
   auto plan = plan_layer(request, std::nullopt, std::size_t{8} << 20);
   if (!plan) return 1;
   auto writer = open_or_create(store, plan->crs, plan->extent());
   if (!writer) return 2;
-  if (!build_layer(*writer, *plan, {.threads = threads, .block_levels = 1, .checkpoint_seconds = 0.002})) return 3;
+  if (!build_layer(*writer, *plan, {.threads = threads, .block_levels = 1, .checkpoint_seconds = 0.002, .update = update})) return 3;
   return writer->finish() ? 0 : 4;
 }
 
@@ -97,8 +97,33 @@ class Kill : public testing::Test {
   Tiles wanted_;
 };
 
-TEST_F(Kill, AnyMomentIsSurvivedAndTheResultIsTheSame) { survive(build_with_library, 200); }
+TEST_F(Kill, AnyMomentIsSurvivedAndTheResultIsTheSame) {
+  survive([](const auto& input, const auto& store, int threads) { return build_with_library(input, store, threads); }, 200);
+}
 TEST_F(Kill, TheProgramGoesOnWithTheSameCommand) { survive(build_with_program, 12); }
+
+// The sources of a finished store have changed; the update is killed again and again.
+TEST_F(Kill, AnUpdateGoesOnToo) {
+  const auto half_changed = [](std::int64_t x, std::int64_t y, int band) {
+    return (x / 50 + y / 70) % 5 == 0 ? 3.0 : static_cast<double>(hash_noise(x, y, y > 150 ? band + 7 : band) % 200) + 20;
+  };
+  write_raster(folder_ / "changed.tif", {.width = 500, .height = 400, .nodata = 3.0}, half_changed);
+  ASSERT_EQ(build_with_library(folder_ / "changed.tif", folder_ / "changed.vts", 1), 0);
+  const Tiles changed = tiles_of(folder_ / "changed.vts", "color");
+  ASSERT_FALSE(changed == wanted_);
+  const auto update = [&](const std::filesystem::path& input, const std::filesystem::path& store, int threads) {
+    // Begins as a copy of the finished store of the raster as it was.
+    if (!std::filesystem::exists(store)) {
+      const std::filesystem::path copy = store.string() + ".copy";
+      std::filesystem::copy_file(folder_ / "whole.vts", copy, std::filesystem::copy_options::overwrite_existing);
+      std::filesystem::rename(copy, store);
+    }
+    return build_with_library(input, store, threads, true);
+  };
+  std::filesystem::rename(folder_ / "changed.tif", folder_ / "input.tif");
+  wanted_ = changed;
+  survive(update, 60);
+}
 
 }  // namespace
 }  // namespace vt::pipeline

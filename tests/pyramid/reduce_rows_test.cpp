@@ -62,6 +62,21 @@ TEST_P(ReduceRows, HalveIsTheDefinitionBitForBit) {
     }
 }
 
+TEST_P(ReduceRows, TwoRowsAtOnceAreCombineThenHalveBitForBit) {
+  const HalvingKernel& kernel = box_kernel();
+  for (std::size_t count : {1U, 3U, 16U, 17U, 63U, 257U}) {
+    const std::vector<float> upper = noise(2 * count, 11);
+    const std::vector<float> lower = noise(2 * count, 12);
+    std::vector<float> out(count + 1, 42.0F);
+    halve_two_rows(upper.data(), lower.data(), kernel, count, out.data());
+    for (std::size_t i = 0; i < count; ++i) {
+      const auto combined = [&](std::size_t x) { return weighted_pairs(kernel, [&](int t) { return (t == 0 ? upper : lower)[x]; }); };
+      ASSERT_EQ(out[i], weighted_pairs(kernel, [&](int t) { return combined(2 * i + static_cast<std::size_t>(t)); })) << count << " " << i;
+    }
+    EXPECT_EQ(out[count], 42.0F) << "wrote past the end";
+  }
+}
+
 TEST_P(ReduceRows, RoundingStaysWithinWhatTwelveProductsAllow) {
   const HalvingKernel& kernel = kaiser3_kernel();
   const std::size_t count = 500;

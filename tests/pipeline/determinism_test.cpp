@@ -1,0 +1,77 @@
+// The same bytes whatever the machine, its processors, the memory it is given, and however often it is interrupted.
+#include <gtest/gtest.h>
+
+#include "tests/pipeline/layer_kinds.h"
+#include "tests/support/cpu_targets.h"
+
+namespace vt::pipeline {
+namespace {
+
+class WholeBuild : public test::OnEveryCpuTarget {};
+
+// The reference is built by the best vector unit that this processor has, before the test's own is forced.
+class Reference {
+ public:
+  Reference() {
+    for (const Case& c : cases()) {
+      write_raster(folder_ / (c.name + ".tif"), c.raster, c.value);
+      build(folder_ / (c.name + ".vts"), request_of(c, input(c)), {.threads = 1});
+      tiles_[c.name] = tiles_of(folder_ / (c.name + ".vts"), request_of(c, input(c)).name);
+    }
+  }
+  [[nodiscard]] std::filesystem::path input(const Case& c) const { return folder_ / (c.name + ".tif"); }
+  [[nodiscard]] const Tiles& tiles(const Case& c) const { return tiles_.at(c.name); }
+
+ private:
+  test::TempFolder folder_;
+  std::map<std::string, Tiles> tiles_;
+};
+
+const Reference& reference() {
+  static const Reference made;
+  return made;
+}
+
+TEST_P(WholeBuild, GivesTheSameTilesOnEveryCpu) {
+  const test::TempFolder folder;
+  for (const Case& c : cases()) {
+    const LayerRequest request = request_of(c, reference().input(c));
+    build(folder / (c.name + ".vts"), request, {.threads = 2, .block_levels = 2});
+    EXPECT_TRUE(tiles_of(folder / (c.name + ".vts"), request.name) == reference().tiles(c)) << c.name;
+  }
+}
+
+VT_ON_EVERY_CPU_TARGET(WholeBuild);
+
+// Stopped once at some part of the work, then finished by another number of threads.
+TEST(Determinism, ThreadsBlocksMemoryAndInterruptionsDoNotShow) {
+  const test::TempFolder folder;
+  for (const Case& c : cases()) {
+    const LayerRequest request = request_of(c, reference().input(c));
+    for (const int threads : {1, 2, 3})
+      for (const int block_levels : {1, 2, 3})
+        for (const int stop_percent : {5, 40, 75}) {
+          const auto path = folder / "stopped.vts";
+          std::filesystem::remove(path);
+          const auto plan = plan_layer(request, std::nullopt, std::size_t{1} << 20);
+          ASSERT_TRUE(plan.has_value()) << plan.error().message;
+          std::atomic<bool> cancel{false};
+          BuildOptions options{.threads = threads, .block_levels = block_levels, .cancel = &cancel};
+          options.progress = [&](std::uint64_t done, std::uint64_t total) {
+            cancel = cancel || done * 100 >= total * static_cast<std::uint64_t>(stop_percent);
+          };
+          {
+            auto writer = open_or_create(path, plan->crs, plan->extent());
+            ASSERT_TRUE(writer.has_value());
+            const auto stopped = build_layer(*writer, *plan, options);
+            ASSERT_TRUE(stopped.has_value() || stopped.error().code == ErrorCode::kCancelled) << stopped.error().message;
+          }
+          build(path, request, {.threads = 4 - threads, .memory_bytes = std::size_t{256} << 20});
+          ASSERT_TRUE(tiles_of(path, request.name) == reference().tiles(c))
+              << c.name << ", " << threads << " threads, block " << block_levels << ", stopped at " << stop_percent << " %";
+        }
+  }
+}
+
+}  // namespace
+}  // namespace vt::pipeline

@@ -1,0 +1,75 @@
+// One small raster for each kind of layer that takes a path of its own through the builder.
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "tests/pipeline/small_builds.h"
+
+namespace vt::pipeline {
+
+struct Case {
+  std::string name;
+  RasterSpec raster;
+  ChannelType channel = ChannelType::kColor;
+  std::string kernel;
+  std::optional<TexelFormat> format;
+  std::function<double(std::int64_t, std::int64_t, int)> value;
+};
+
+inline double noisy_code(std::int64_t x, std::int64_t y, int band) {
+  return (x / 3 + y / 5 + band * 40) % 200 + hash_noise(x, y, band) % 56;
+}
+
+inline std::vector<Case> cases() {
+  const auto holes = [](std::int64_t x, std::int64_t y) { return (x / 17) % 4 == 1 && (y / 23) % 3 == 1; };
+  const auto translucent = [](std::int64_t x, std::int64_t y, int band) {
+    return band < 3                     ? noisy_code(x, y, band)
+           : (x / 20 + y / 30) % 3 == 0 ? 0.0
+           : (x / 20) % 2 == 0          ? 255.0
+                                        : static_cast<double>(hash_noise(x, y, 3) % 256);
+  };
+  const auto height = [holes](std::int64_t x, std::int64_t y, int) {
+    return holes(x, y) ? -32768.0 : static_cast<double>((x * 7 + y * 3) % 4000) - 200;
+  };
+  return {
+      {"opaque_kaiser", {.width = 301, .height = 203}, ChannelType::kColor, "kaiser3", TexelFormat::kRgb8, noisy_code},
+      {"opaque_box", {.width = 256, .height = 256}, ChannelType::kColor, "box", TexelFormat::kRgb8, noisy_code},
+      {"translucent_kaiser",
+       {.width = 301, .height = 203, .bands = 4, .alpha = true},
+       ChannelType::kColor,
+       "kaiser3",
+       TexelFormat::kRgba8,
+       translucent},
+      {"nodata_kaiser",
+       {.width = 301, .height = 203, .nodata = 0.0},
+       ChannelType::kColor,
+       "kaiser3",
+       TexelFormat::kRgb8,
+       [holes](std::int64_t x, std::int64_t y, int band) { return holes(x, y) ? 0.0 : noisy_code(x, y, band); }},
+      {"bc1", {.width = 301, .height = 203}, ChannelType::kColor, "kaiser3", TexelFormat::kBc1, noisy_code},
+      {"grey16",
+       {.width = 97, .height = 310, .bands = 1, .type = SampleType::kUint16},
+       ChannelType::kColor,
+       "kaiser3",
+       TexelFormat::kRgb8,
+       [](std::int64_t x, std::int64_t y, int) { return static_cast<double>(hash_noise(x, y, 0) % 65536); }},
+      {"elevation",
+       {.width = 301, .height = 203, .bands = 1, .type = SampleType::kInt16, .nodata = -32768.0},
+       ChannelType::kElevation,
+       "box",
+       TexelFormat::kR32Float,
+       height},
+  };
+}
+
+inline LayerRequest request_of(const Case& c, const std::filesystem::path& input) {
+  LayerRequest request = request_for({input}, c.channel);
+  request.kernel = c.kernel;
+  request.format = c.format;
+  return request;
+}
+
+}  // namespace vt::pipeline
