@@ -137,11 +137,10 @@ Result<int> build_layers(const std::filesystem::path& path, std::vector<pipeline
   }
 
   VT_ASSIGN(store::StoreWriter writer, pipeline::open_or_create(path, plans.front().crs, area));
-  nlohmann::ordered_json document;
-  document["store"] = path.string();
-  document["layers"] = nlohmann::ordered_json::array();
+  nlohmann::ordered_json layers = nlohmann::ordered_json::array();
   for (std::size_t i = 0; i < plans.size(); ++i) {
     pipeline::LayerPlan& plan = plans[i];
+    plan.recipe = flags.recipe;
     const pipeline::BuildOptions options{.threads = threads,
                                          .memory_bytes = memory,
                                          .block_levels = block_levels[i],
@@ -151,13 +150,17 @@ Result<int> build_layers(const std::filesystem::path& path, std::vector<pipeline
     VT_ASSIGN(const pipeline::BuildReport report, build_one(writer, path, plan, mode, options));
     plan.sampler.reset();  // closes the sources: what they keep decoded is memory that the next layer may need
     if (flags.json) {
-      document["layers"].push_back(report_json(plan, report, flags.stats));
+      layers.push_back(report_json(plan, report, flags.stats));
     } else {
       print_report(plan, report, flags.stats);
     }
   }
   VT_CHECK(writer.finish());
-  if (flags.json) cli::print_json(document);
+  if (flags.report) {
+    for (auto& layer : layers) flags.report->push_back(std::move(layer));
+  } else if (flags.json) {
+    cli::print_json(report_document(path.string(), std::move(layers)));
+  }
   return 0;
 }
 

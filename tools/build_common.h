@@ -5,6 +5,8 @@
 #include <CLI/CLI.hpp>
 #include <filesystem>
 #include <functional>
+#include <memory>
+#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
@@ -24,6 +26,9 @@ struct BuildFlags {
   bool stats = false;
   bool json = false;
   bool dry_run = false;
+  nlohmann::ordered_json recipe;  // see build_recipe.h; kept with the layers
+  // With --json: layers are added to this document instead of being printed as one of their own.
+  std::shared_ptr<nlohmann::ordered_json> report;
 
   void add_to(CLI::App& command);
   // Parsed forms; kUsage when a text makes no sense.
@@ -44,9 +49,10 @@ void print_plan(const pipeline::LayerPlan& plan, int threads, std::size_t memory
                                        const BuildFlags& flags);
 
 // Each adds its subcommand to the program and returns what to run when it was chosen.
-[[nodiscard]] std::function<Result<int>()> add_layer_command(CLI::App& app);
-[[nodiscard]] std::function<Result<int>()> add_dataset_command(CLI::App& app);
+[[nodiscard]] std::function<Result<int>()> add_layer_command(CLI::App& app, std::shared_ptr<nlohmann::ordered_json> report = nullptr);
+[[nodiscard]] std::function<Result<int>()> add_dataset_command(CLI::App& app, std::shared_ptr<nlohmann::ordered_json> report = nullptr);
 [[nodiscard]] std::function<Result<int>()> add_sample_command(CLI::App& app);
+[[nodiscard]] std::function<Result<int>()> add_update_command(CLI::App& app);
 [[nodiscard]] std::function<Result<int>()> add_pack_command(CLI::App& app);
 [[nodiscard]] std::function<Result<int>()> add_remove_command(CLI::App& app);
 

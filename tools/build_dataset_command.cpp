@@ -5,6 +5,7 @@
 #include "builder/pipeline/dataset_store.h"
 #include "builder/pipeline/scene_file.h"
 #include "tools/build_common.h"
+#include "tools/build_recipe.h"
 
 namespace vt::tools {
 namespace {
@@ -37,8 +38,9 @@ Result<int> run(const DatasetFlags& flags) {
 
 }  // namespace
 
-std::function<Result<int>()> add_dataset_command(CLI::App& app) {
+std::function<Result<int>()> add_dataset_command(CLI::App& app, std::shared_ptr<nlohmann::ordered_json> report) {
   auto flags = std::make_shared<DatasetFlags>();
+  flags->build.report = std::move(report);
   CLI::App* command = app.add_subcommand("dataset", "build all layers of a scene description (SCENE.json)");
   command->add_option("SCENE", flags->scene, "the description; schemas/dataset.schema.json says what it may hold")->required();
   command->add_option("-o,--output", flags->output, "the store, suffix .vts")->required();
@@ -46,7 +48,11 @@ std::function<Result<int>()> add_dataset_command(CLI::App& app) {
   cli::add_help_footer(*command,
                        "  vtbuild dataset sample/SCENE.json -o sample.vts\n"
                        "  vtbuild dataset sample/SCENE.json -o sample.vts --dry-run\n");
-  return [flags, command]() -> Result<int> { return command->parsed() ? run(*flags) : Result<int>(-1); };
+  return [flags, command]() -> Result<int> {
+    if (!command->parsed()) return -1;
+    flags->build.recipe = recipe_of(*command, flags->output);
+    return run(*flags);
+  };
 }
 
 }  // namespace vt::tools

@@ -8,6 +8,7 @@
 #include "builder/pipeline/dataset_store.h"
 #include "builder/pipeline/input_list.h"
 #include "tools/build_common.h"
+#include "tools/build_recipe.h"
 
 namespace vt::tools {
 namespace {
@@ -121,8 +122,9 @@ Result<int> run(const LayerFlags& flags) {
 
 }  // namespace
 
-std::function<Result<int>()> add_layer_command(CLI::App& app) {
+std::function<Result<int>()> add_layer_command(CLI::App& app, std::shared_ptr<nlohmann::ordered_json> report) {
   auto flags = std::make_shared<LayerFlags>();
+  flags->build.report = std::move(report);
   CLI::App* command = app.add_subcommand("layer", "build one layer from georeferenced rasters, into a new store or one that exists");
   command
       ->add_option(
@@ -156,7 +158,11 @@ std::function<Result<int>()> add_layer_command(CLI::App& app) {
                        "  vtbuild layer west.tif east.tif -o area.vts --channel color --format bc1 --compression zstd:9\n"
                        "  vtbuild layer earth.jpg -o earth.vts --channel color --crs EPSG:4326 --extent -180,-90,180,90\n"
                        "  vtbuild layer scan.png -o scan.vts --channel color --crs pixel\n");
-  return [flags, command]() -> Result<int> { return command->parsed() ? run(*flags) : Result<int>(-1); };
+  return [flags, command]() -> Result<int> {
+    if (!command->parsed()) return -1;
+    flags->build.recipe = recipe_of(*command, flags->output);
+    return run(*flags);
+  };
 }
 
 }  // namespace vt::tools

@@ -103,4 +103,8 @@ nlohmann::ordered_json report_json(const pipeline::LayerPlan& plan, const BuildR
   return json;
 }
 
+nlohmann::ordered_json report_document(const std::string& store, nlohmann::ordered_json layers) {
+  return {{"store", store}, {"layers", std::move(layers)}};
+}
+
 }  // namespace vt::tools

@@ -14,5 +14,7 @@ namespace vt::tools {
 
 void print_report(const pipeline::LayerPlan& plan, const pipeline::BuildReport& report, bool with_stats);
 [[nodiscard]] nlohmann::ordered_json report_json(const pipeline::LayerPlan& plan, const pipeline::BuildReport& report, bool with_stats);
+// What --json prints: the layers of one run, as report_json() gave them.
+[[nodiscard]] nlohmann::ordered_json report_document(const std::string& store, nlohmann::ordered_json layers);
 
 }  // namespace vt::tools

@@ -252,6 +252,13 @@ struct Progress::Impl {
     return seconds > 0.0 ? static_cast<double>(done - samples.front().done) / seconds : 0.0;
   }
 
+  // By the rate of the whole run, which errs less about the future than that of a moment: sea and land take turns.
+  [[nodiscard]] double seconds_left(Clock::time_point now) const {
+    const double seconds = std::chrono::duration<double>(now - first->time).count();
+    const auto progressed = static_cast<double>(done - first->done);
+    return progressed > 0.0 ? static_cast<double>(total - done) * seconds / progressed : 0.0;
+  }
+
   [[nodiscard]] std::string status(Clock::time_point now) const {
     const double per_second = rate(now);
     std::string text;
@@ -262,7 +269,7 @@ struct Progress::Impl {
     }
     if (per_second > 0.0) {
       text += fmt::format("  {}/s", format_quantity(per_second));
-      if (total > done) text += fmt::format("  {} left", format_duration(static_cast<double>(total - done) / per_second));
+      if (total > done) text += fmt::format("  {} left", format_duration(seconds_left(now)));
     }
     return text;
   }

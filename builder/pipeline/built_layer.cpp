@@ -14,6 +14,7 @@ std::string metadata_of(const LayerPlan& plan, int block_levels, bool updating) 
   Json metadata;
   metadata["settings"] = plan.settings;
   metadata["block_levels"] = block_levels;
+  if (!plan.recipe.is_null()) metadata["recipe"] = plan.recipe;
   if (updating) metadata[kUpdating] = true;
   return metadata.dump();
 }

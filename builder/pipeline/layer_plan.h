@@ -33,6 +33,7 @@ struct LayerPlan {
   store::Compression compression;
   std::shared_ptr<const resample::BaseSampler> sampler;
   nlohmann::ordered_json settings;  // everything that decides the layer's bytes: two runs with equal settings may share work
+  nlohmann::ordered_json recipe;    // how it was asked for, for the layer's metadata; decides nothing. null: not kept
   std::vector<std::string> warnings;
 
   [[nodiscard]] Area extent() const;  // of the data rectangle, CRS units

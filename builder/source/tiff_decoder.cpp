@@ -14,29 +14,11 @@ namespace vt::source {
 namespace {
 
 constexpr std::int64_t kMostlyWantedBytes = std::int64_t{4} << 20;  // of one read that takes along what lies between wanted samples
+// Compressed strips up to this size are left to libtiff, which holds them whole.
+constexpr std::uint64_t kLargestHeldStrip = std::uint64_t{4} << 20;
 constexpr std::int64_t kHashedAtOnce = std::int64_t{1} << 20;
 
 static_assert(std::endian::native == std::endian::little, "24-bit samples and libtiff's RGBA words are taken apart as little-endian");
-
-void swap_samples(int bits, std::span<std::byte> bytes) {
-  std::uint8_t* data = reinterpret_cast<std::uint8_t*>(bytes.data());
-  switch (bits) {
-    case 16:
-      TIFFSwabArrayOfShort(reinterpret_cast<std::uint16_t*>(data), static_cast<tmsize_t>(bytes.size() / 2));
-      break;
-    case 24:
-      TIFFSwabArrayOfTriples(data, static_cast<tmsize_t>(bytes.size() / 3));
-      break;
-    case 32:
-      TIFFSwabArrayOfLong(reinterpret_cast<std::uint32_t*>(data), static_cast<tmsize_t>(bytes.size() / 4));
-      break;
-    case 64:
-      TIFFSwabArrayOfLong8(reinterpret_cast<std::uint64_t*>(data), static_cast<tmsize_t>(bytes.size() / 8));
-      break;
-    default:
-      break;
-  }
-}
 
 // Most significant bit first, rows start at whole bytes, whatever the file's byte order; writers of 24-bit samples keep to that too.
 template <class T>
@@ -80,7 +62,8 @@ TiffDecoder::TiffDecoder(std::shared_ptr<const FileBytes> file, std::uint16_t di
       name_(file->path().string()),
       layout_(std::move(layout)),
       fingerprint_(fingerprint),
-      handles_(std::move(file), directory) {}
+      handles_(file, directory),
+      streams_(std::move(file)) {}
 
 Result<std::unique_ptr<TiffDecoder>> TiffDecoder::create(std::unique_ptr<TiffHandle> handle, std::shared_ptr<const FileBytes> file,
                                                          std::uint16_t directory, TiffLayout layout, const store::ContentHash& fingerprint,
@@ -93,6 +76,8 @@ Result<std::unique_ptr<TiffDecoder>> TiffDecoder::create(std::unique_ptr<TiffHan
   d.stored_row_bytes_ = rgba ? l.block_width * 4 : (l.block_width * stored_samples * l.bits + 7) / 8;
   d.rows_are_seekable_ = l.compression == COMPRESSION_NONE && !l.fill_order_reversed && !rgba;
   d.direct_ = d.rows_are_seekable_ && l.recipe == SampleRecipe::kNative && l.palette.empty() && !l.invert && !l.alpha_is_associated;
+
+  d.can_stream_ = StripStream::can_unpack(l);
 
   CellGrid& grid = d.grid_;
   grid = {.width = l.width,
@@ -300,6 +285,24 @@ Result<void> TiffDecoder::decode_rgba(TiffHandle& handle, std::int64_t block_x, 
   return {};
 }
 
+Result<void> TiffDecoder::decode_stream(const StripStream::Strip& strip, std::int64_t first, std::int64_t rows, Block& out) const {
+  VT_ASSIGN(auto stream, streams_.borrow(layout_, strip, first));
+  const auto row_bytes = static_cast<std::size_t>(stored_row_bytes_);
+  const std::int64_t started_at = stream->next_row();
+  Block skipped(first > started_at ? row_bytes : 0);
+  while (stream->next_row() < first) VT_CHECK(stream->read_rows(skipped, row_bytes));
+  VT_CHECK(stream->read_rows(out, row_bytes));
+  decoded_bytes_.fetch_add(static_cast<std::uint64_t>((first + rows - started_at) * stored_row_bytes_), std::memory_order_relaxed);
+  streams_.give(std::move(stream));
+  return {};
+}
+
+// Decoders bring 24-bit samples into native order; unpacking wants them as they are in the file.
+Block TiffDecoder::as_in_file(Block stored) const {
+  if (layout_.recipe == SampleRecipe::kPackedBits && layout_.bits == 24 && layout_.byte_swapped) swap_samples(24, stored);
+  return stored;
+}
+
 Result<Block> TiffDecoder::stored_cell(std::int64_t cell_x, std::int64_t cell_y, int plane) const {
   const std::int64_t block_y = cell_y / grid_.cells_per_block();
   const std::int64_t first = grid_.first_row(cell_y);
@@ -317,6 +320,14 @@ Result<Block> TiffDecoder::stored_cell(std::int64_t cell_x, std::int64_t cell_y,
     VT_CHECK(read_uncompressed(place, cell_x, first, (first - block_y * layout_.block_height) * stored_row_bytes_, stored));
     return stored;
   }
+  if (by_scanline && can_stream_ && place.bytes > kLargestHeldStrip) {
+    const std::int64_t strip_top = block_y * layout_.block_height;
+    const auto streamed =
+        decode_stream({.offset = place.offset, .bytes = place.bytes, .first_row = strip_top, .plane = plane}, first, rows, stored);
+    if (streamed) return as_in_file(std::move(stored));
+    if (streamed.error().code == ErrorCode::kCorrupt) return damaged(cell_x, first, streamed.error().message);
+    if (streamed.error().code != ErrorCode::kUnsupported) return tl::unexpected(streamed.error());
+  }
   handle->clear_messages();
   Result<void> decoded = layout_.recipe == SampleRecipe::kLibtiffRgba ? decode_rgba(*handle, cell_x, block_y, stored)
                          : by_scanline                                ? decode_scanlines(*handle, first, rows, plane, stored)
@@ -324,9 +335,7 @@ Result<Block> TiffDecoder::stored_cell(std::int64_t cell_x, std::int64_t cell_y,
   if (!by_scanline) decoded_bytes_.fetch_add(stored.size(), std::memory_order_relaxed);
   if (!decoded && handle->io_error()) return tl::unexpected(*handle->io_error());
   if (!decoded) return damaged(cell_x, first, decoded.error().message);
-  // libtiff brings 24-bit samples into native order; unpacking wants them as they are in the file.
-  if (layout_.recipe == SampleRecipe::kPackedBits && layout_.bits == 24 && layout_.byte_swapped) swap_samples(24, stored);
-  return stored;
+  return as_in_file(std::move(stored));
 }
 
 Block TiffDecoder::converted(Block stored, std::int64_t rows) const {
@@ -443,7 +452,8 @@ std::size_t TiffDecoder::resident_bytes() const {
   if (rows_are_seekable_) return static_cast<std::size_t>(std::max(cell, kHashedAtOnce));
   // libtiff holds the compressed bytes of a block whole. They may be a little more than the samples, never more than the file.
   const auto unpacked = static_cast<std::uint64_t>(stored_row_bytes_) * static_cast<std::uint64_t>(grid_.block_height);
-  const std::uint64_t compressed = std::min(file_->size(), unpacked + unpacked / 8);
+  std::uint64_t compressed = std::min(file_->size(), unpacked + unpacked / 8);
+  if (grid_.is_sequential && can_stream_) compressed = std::min(compressed, kLargestHeldStrip);
   return static_cast<std::size_t>(cell) + static_cast<std::size_t>(std::max<std::uint64_t>(compressed, kHashedAtOnce));
 }
 

@@ -10,6 +10,7 @@
 #include <string>
 
 #include "builder/source/cell_store.h"
+#include "builder/source/strip_stream.h"
 #include "builder/source/tiff_handle.h"
 #include "builder/source/tiff_layout.h"
 #include "store/result.h"
@@ -75,6 +76,8 @@ class TiffDecoder final : public CellDecoder {
   [[nodiscard]] Result<void> decode_whole(TiffHandle& handle, std::uint32_t index, Block& out) const;
   [[nodiscard]] Result<void> decode_scanlines(TiffHandle& handle, std::int64_t first_row, std::int64_t rows, int plane, Block& out) const;
   [[nodiscard]] Result<void> decode_rgba(TiffHandle& handle, std::int64_t block_x, std::int64_t block_y, Block& out) const;
+  [[nodiscard]] Result<void> decode_stream(const StripStream::Strip& strip, std::int64_t first_row, std::int64_t rows, Block& out) const;
+  [[nodiscard]] Block as_in_file(Block stored) const;
   void fill_sparse(std::span<std::byte> out) const;
   [[nodiscard]] Block converted(Block stored, std::int64_t rows) const;
 
@@ -83,6 +86,8 @@ class TiffDecoder final : public CellDecoder {
   TiffLayout layout_;
   store::ContentHash fingerprint_;
   mutable TiffHandlePool handles_;
+  mutable StripStreamPool streams_;
+  bool can_stream_ = false;
   bool direct_ = false;
   bool rows_are_seekable_ = false;     // uncompressed: rows are read from their place in the file
   std::int64_t stored_row_bytes_ = 0;  // of one row of a block

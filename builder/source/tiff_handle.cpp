@@ -9,6 +9,26 @@
 
 namespace vt::source {
 
+void swap_samples(int bits, std::span<std::byte> bytes) {
+  std::uint8_t* data = reinterpret_cast<std::uint8_t*>(bytes.data());
+  switch (bits) {
+    case 16:
+      TIFFSwabArrayOfShort(reinterpret_cast<std::uint16_t*>(data), static_cast<tmsize_t>(bytes.size() / 2));
+      break;
+    case 24:
+      TIFFSwabArrayOfTriples(data, static_cast<tmsize_t>(bytes.size() / 3));
+      break;
+    case 32:
+      TIFFSwabArrayOfLong(reinterpret_cast<std::uint32_t*>(data), static_cast<tmsize_t>(bytes.size() / 4));
+      break;
+    case 64:
+      TIFFSwabArrayOfLong8(reinterpret_cast<std::uint64_t*>(data), static_cast<tmsize_t>(bytes.size() / 8));
+      break;
+    default:
+      break;
+  }
+}
+
 int TiffHandle::on_error(TIFF*, void* self, const char* module, const char* format, va_list arguments) {
   auto& handle = *static_cast<TiffHandle*>(self);
   if (!handle.error_.empty()) return 1;  // the first message names the cause

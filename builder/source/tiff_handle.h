@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 
 #include "builder/source/file_bytes.h"
@@ -85,6 +86,9 @@ class TiffHandlePool {
   std::shared_ptr<const FileBytes> file_;
   std::uint16_t directory_;
 };
+
+// Samples of 16, 24, 32 or 64 bits to the other byte order, in place.
+void swap_samples(int bits, std::span<std::byte> bytes);
 
 // Largest single allocation that libtiff may make on behalf of a file: compressed bytes of one block, and tables.
 inline constexpr std::uint64_t kMaxTiffAllocation = std::uint64_t{1} << 30;

@@ -296,6 +296,10 @@ Result<TiffLayout> read_tiff_layout(const TiffHandle& handle, const TiffTags& ta
   layout.fill_order_reversed = fill_order == FILLORDER_LSB2MSB;
   layout.byte_swapped = TIFFIsByteSwapped(tiff) != 0;
 
+  // Known to libtiff only where the codec has one.
+  if (const std::vector<double> predictor = tags.numbers(TIFFTAG_PREDICTOR); predictor.size() == 1)
+    layout.predictor = static_cast<int>(std::clamp(predictor[0], 0.0, 65535.0));
+
   if (TIFFIsCODECConfigured(layout.compression) == 0) {
     return unsupported(name,
                        fmt::format("Compression (tag 259) is {}, {}: this libtiff cannot decode it; rewrite the file with deflate or zstd",

@@ -37,6 +37,7 @@ struct TiffLayout {
   int samples_per_pixel = 1;
   int bits = 8;
   std::uint16_t compression = 1;
+  int predictor = 1;
   bool fill_order_reversed = false;
   bool byte_swapped = false;
 

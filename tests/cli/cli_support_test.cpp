@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <atomic>
 #include <charconv>
+#include <random>
 #include <sstream>
 #include <stdexcept>
 #include <thread>
@@ -184,6 +185,36 @@ TEST_F(ProgressTest, SaysRateAndTimeLeft) {
   now_ += seconds(2);
   progress.update(200);  // 100 a second, 8 seconds to go
   EXPECT_THAT(out_.str(), AllOf(HasSubstr(" 20 %"), HasSubstr("200/1000 tiles"), HasSubstr("100/s"), HasSubstr("0:08 left")));
+}
+
+// Work whose speed goes up and down by half at random from second to second. What is left when that no longer averages out, the last minute
+// and a half, is not looked at.
+TEST_F(ProgressTest, TimeLeftIsWithinTenPercentAfterTheFirstTenth) {
+  for (const unsigned seed : {1U, 2U, 3U}) {
+    std::mt19937 random(seed);
+    std::uniform_real_distribution<double> speed(0.5, 1.5);
+    std::vector<double> done_after{0.0};
+    while (done_after.back() < 1e6) {
+      done_after.push_back(done_after.back() + 1000.0 * speed(random));
+    }
+    const double end = static_cast<double>(done_after.size() - 1);
+    Progress progress(options(false, 1000000));
+    progress.update(0);
+    for (std::size_t second = 1; second + 90 < done_after.size(); ++second) {
+      now_ += seconds(1);
+      out_.str("");
+      progress.update(static_cast<std::uint64_t>(done_after[second]));
+      const std::string line = out_.str();
+      if (line.empty() || done_after[second] < 1e5) continue;
+      std::istringstream text(line.substr(line.rfind("/s") + 2));
+      int minutes = 0;
+      int rest = 0;
+      char colon = 0;
+      ASSERT_TRUE(text >> minutes >> colon >> rest) << line;
+      const double left = end - static_cast<double>(second);
+      EXPECT_NEAR(60.0 * minutes + rest, left, 0.1 * left + 1.0) << line;  // printed in whole seconds
+    }
+  }
 }
 
 TEST_F(ProgressTest, DoesNotCountResumedWorkIntoTheRate) {

@@ -41,7 +41,8 @@ class VtbuildTest : public testing::Test {
 };
 
 TEST_F(VtbuildTest, HelpHasExamplesAndExitCodesEverywhere) {
-  for (std::vector<std::string> arguments : std::vector<std::vector<std::string>>{{}, {"layer"}, {"dataset"}, {"sample"}, {"pack"}, {"remove"}}) {
+  for (std::vector<std::string> arguments :
+       std::vector<std::vector<std::string>>{{}, {"layer"}, {"dataset"}, {"sample"}, {"pack"}, {"remove"}}) {
     arguments.emplace_back("--help");
     const Outcome outcome = run(arguments);
     EXPECT_EQ(outcome.exit_code, 0);
@@ -223,6 +224,41 @@ TEST_F(VtbuildTest, UpdatesWhatChangedAndReportsItAsJson) {
   EXPECT_LE(changed["blocks"]["changed"], 9);
   EXPECT_GE(changed["tile_changes"]["written"], 1);
   EXPECT_LT(changed["tile_changes"]["written"], 30);
+}
+
+// Two layers by two commands; the store knows both, and where their sources are.
+TEST_F(VtbuildTest, UpdateKnowsTheCommandsThatBuiltTheStore) {
+  make_scene();
+  std::filesystem::create_directory(folder_ / "stores");
+  ASSERT_EQ(run({"layer", "scene/imagery.tif", "-o", "stores/a.vts", "--channel", "color", "--tile", "64", "--progress", "none"}).exit_code,
+            0);
+  ASSERT_EQ(run({"layer", "scene/elevation.tif", "-o", "stores/a.vts", "--channel", "elevation", "--progress", "none"}).exit_code, 0);
+  const Outcome same = run({"update", "stores/a.vts", "--progress", "none"});
+  EXPECT_EQ(same.exit_code, 0) << same.err;
+  EXPECT_THAT(same.out, AllOf(HasSubstr("layer color"), HasSubstr("layer elevation"), HasSubstr("0 of 1 blocks have other sources"),
+                              HasSubstr("nothing to do")));
+
+  // Everything moves together, and the imagery changes.
+  std::filesystem::create_directory(folder_ / "moved");
+  std::filesystem::rename(folder_ / "scene", folder_ / "moved/scene");
+  std::filesystem::rename(folder_ / "stores", folder_ / "moved/stores");
+  {
+    std::fstream file(folder_ / "moved/scene/imagery.tif", std::ios::binary | std::ios::in | std::ios::out);
+    file.seekp(400000);
+    file.put('\x77');
+  }
+  const Outcome changed = run({"update", "moved/stores/a.vts", "--progress", "none", "--json"});
+  EXPECT_EQ(changed.exit_code, 0) << changed.err;
+  const auto document = nlohmann::json::parse(changed.out, nullptr, false);
+  EXPECT_EQ(schema_complaints("vtbuild-report", document), "") << changed.out;
+  EXPECT_EQ(document["layers"][0]["blocks"]["changed"], 1);
+  EXPECT_GE(document["layers"][0]["tile_changes"]["written"], 1);
+  EXPECT_EQ(document["layers"][1]["blocks"]["changed"], 0);
+
+  // The sources alone have moved.
+  std::filesystem::rename(folder_ / "moved/scene", folder_ / "scene");
+  expect_failure({"update", "moved/stores/a.vts"}, 2, {"imagery.tif"});
+  EXPECT_EQ(run({"update", "moved/stores/a.vts", "--folder", ".", "--progress", "none"}).exit_code, 0);
 }
 
 }  // namespace

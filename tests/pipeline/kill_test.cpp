@@ -5,6 +5,8 @@
 #include <unistd.h>
 
 #include <chrono>
+#include <fstream>
+#include <iterator>
 #include <random>
 #include <thread>
 
@@ -123,6 +125,37 @@ TEST_F(Kill, AnUpdateGoesOnToo) {
   std::filesystem::rename(folder_ / "changed.tif", folder_ / "input.tif");
   wanted_ = changed;
   survive(update, 60);
+}
+
+// Ctrl-C: the program says how to go on, ends by itself with the shell's exit code for it, and keeps what was done.
+TEST_F(Kill, AnInterruptedProgramSaysHowToGoOn) {
+  const auto path = folder_ / "interrupted.vts";
+  std::mt19937 random(5);
+  std::uniform_real_distribution<double> moment(5.0, 60.0);
+  int interrupted = 0;
+  for (int i = 0; i < 20; ++i) {
+    std::filesystem::remove(path);
+    const auto messages = folder_ / "messages.txt";
+    const pid_t child = fork();
+    if (child == 0) {
+      if (freopen(messages.c_str(), "w", stderr) == nullptr) _exit(126);
+      _exit(build_with_program(folder_ / "input.tif", path, 2));
+    }
+    std::this_thread::sleep_for(std::chrono::duration<double, std::milli>(moment(random)));
+    kill(child, SIGINT);
+    int status = 0;
+    ASSERT_EQ(waitpid(child, &status, 0), child);
+    if (!WIFEXITED(status) || WEXITSTATUS(status) == 0) continue;  // before the program listened, or after its work
+    ++interrupted;
+    EXPECT_EQ(WEXITSTATUS(status), 130);
+    std::ifstream file(messages);
+    const std::string text{std::istreambuf_iterator<char>(file), {}};
+    EXPECT_NE(text.find("run the same command again to go on"), std::string::npos) << text;
+    ASSERT_TRUE(store::validate(path)->ok());
+    ASSERT_EQ(build_with_library(folder_ / "input.tif", path, 2), 0);
+    ASSERT_TRUE(tiles_of(path, "color") == wanted_);
+  }
+  EXPECT_GT(interrupted, 0);
 }
 
 }  // namespace

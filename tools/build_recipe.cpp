@@ -1,0 +1,62 @@
+#include "tools/build_recipe.h"
+
+#include <algorithm>
+#include <array>
+#include <string_view>
+
+namespace vt::tools {
+namespace {
+
+constexpr std::string_view kStoreOption = "--output";
+constexpr std::array<std::string_view, 10> kWithoutEffect = {"--threads", "--memory", "--progress", "--checkpoint", "--block",
+                                                             "--stats",   "--json",   "--update",   "--dry-run",    "--help"};
+
+bool is_left_out(const std::string& name) {
+  return name == kStoreOption || std::ranges::find(kWithoutEffect, name) != kWithoutEffect.end();
+}
+
+}  // namespace
+
+nlohmann::ordered_json recipe_of(const CLI::App& command, const std::filesystem::path& store) {
+  std::vector<std::string> arguments = {command.get_name()};
+  for (const CLI::Option* option : command.get_options()) {
+    if (option->count() == 0) continue;
+    const std::string name = option->get_lnames().empty() ? std::string() : "--" + option->get_lnames().front();
+    if (is_left_out(name)) continue;
+    for (const std::string& value : option->results()) {
+      if (name.empty()) {
+        arguments.push_back(value);
+      } else {
+        arguments.push_back(name + "=" + value);
+      }
+    }
+  }
+  const std::filesystem::path here = std::filesystem::current_path();
+  const std::filesystem::path store_folder = std::filesystem::absolute(store).lexically_normal().parent_path();
+  const std::filesystem::path folder = here.lexically_relative(store_folder);
+  return {{"arguments", arguments}, {"folder", (folder.empty() ? here : folder).generic_string()}};
+}
+
+Result<Recipe> read_recipe(const std::string& metadata_json, const std::filesystem::path& store) {
+  const auto metadata = nlohmann::json::parse(metadata_json, nullptr, false);
+  const auto invalid = [&] {
+    return fail(ErrorCode::kInvalidData,
+                store.string() + ": does not say how its layers were built; run the command that built them again, with --update");
+  };
+  if (!metadata.is_object() || !metadata.contains("recipe")) return invalid();
+  const auto& json = metadata["recipe"];
+  if (!json.is_object() || !json.contains("arguments") || !json["arguments"].is_array() || !json.contains("folder") ||
+      !json["folder"].is_string())
+    return invalid();
+  Recipe recipe;
+  for (const auto& argument : json["arguments"]) {
+    if (!argument.is_string()) return invalid();
+    recipe.arguments.push_back(argument.get<std::string>());
+  }
+  // Nothing but the two commands that build layers is ever run from a store.
+  if (recipe.arguments.empty() || (recipe.arguments.front() != "layer" && recipe.arguments.front() != "dataset")) return invalid();
+  recipe.folder = (std::filesystem::absolute(store).parent_path() / json["folder"].get<std::string>()).lexically_normal();
+  return recipe;
+}
+
+}  // namespace vt::tools
