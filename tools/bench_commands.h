@@ -11,6 +11,9 @@
 namespace vt::bench {
 
 [[nodiscard]] std::function<Result<int>()> add_build_command(CLI::App& app);
+[[nodiscard]] std::function<Result<int>()> add_sources_command(CLI::App& app);
+[[nodiscard]] std::function<Result<int>()> add_sizes_command(CLI::App& app);
+[[nodiscard]] std::function<Result<int>()> add_mosaic_command(CLI::App& app);
 [[nodiscard]] std::function<Result<int>()> add_accuracy_command(CLI::App& app);
 [[nodiscard]] std::function<Result<int>()> add_lookup_command(CLI::App& app);
 [[nodiscard]] std::function<Result<int>()> add_frame_command(CLI::App& app);
@@ -19,11 +22,14 @@ namespace vt::bench {
 struct ResultFlags {
   std::string csv;
   std::string svg;
+  std::string markdown;
   bool json = false;
 
   void add_to(CLI::App& command, bool has_chart);
-  // The table on standard output (as text under `heading`, or as JSON with the machine), the CSV and the chart into their files.
-  [[nodiscard]] Result<void> deliver(const std::string& heading, const Table& table, const std::string& svg_text) const;
+  // The table on standard output (as text between `heading` and `remarks`, or as JSON with the machine); the CSV, the Markdown and the
+  // chart into their files.
+  [[nodiscard]] Result<void> deliver(const std::string& heading, const Table& table, const std::string& svg_text,
+                                     const std::string& remarks = "") const;
 };
 
 }  // namespace vt::bench

@@ -1,6 +1,6 @@
-// The parts of a colour build that no builder can do without, each alone, on one thread, with everything in memory or in the page cache:
-// reading the input's bytes, filtering, block encoding, compressing, writing the output's bytes. What a build takes beyond their sum
-// (divided by the threads) is what the pipeline costs.
+// The parts of a build that no builder can do without, each alone, on one thread, with everything in memory or in the page cache: reading
+// the samples, filtering, block encoding, compressing, writing the output's bytes; and what this builder does besides, hashing. Every part
+// runs the very code that a build runs. What a build takes beyond their sum (divided by the threads) is what the pipeline costs.
 #pragma once
 
 #include <cstdint>
@@ -14,6 +14,7 @@ namespace vt::bench {
 
 // What one job consists of, as on vtbuild's command line.
 struct JobKind {
+  std::string channel;
   std::string kernel;
   std::string format;
   std::string compression;
@@ -21,16 +22,18 @@ struct JobKind {
 
 // Seconds for the whole input on one thread; 0 for what the job does not do.
 struct PartSeconds {
-  double read = 0.0;
-  double filter = 0.0;  // codes to linear light, all overviews, back to codes
-  double encode = 0.0;  // texels of all levels to BC1
-  double compress = 0.0;
-  double write = 0.0;  // and sync, as a build does
-  [[nodiscard]] double sum() const { return read + filter + encode + compress + write; }
+  double read = 0.0;      // by the source's reader, decompression included
+  double filter = 0.0;    // samples to filter space, all overviews, back to texels
+  double encode = 0.0;    // texels of all levels to BC1
+  double compress = 0.0;  // prediction included
+  double write = 0.0;     // into the page cache
+  double sync = 0.0;      // the disk's own time, which threads do not share
+  double hash = 0.0;      // of what was read and of what is written, to find changes and damage; not counted below
+  [[nodiscard]] double least_seconds(int threads) const { return (read + filter + encode + compress + write) / threads + sync; }
 };
 
-// Reading and writing move all bytes. The rest is measured on a window of at most 4096 x 4096 texels from the middle of the input, whose
-// samples are loaded beforehand, and scaled by the number of texels. Each part is the median of `runs`.
+// Reading, hashing, writing and syncing go over all bytes. The rest is measured on a window of at most 4096 x 4096 texels from the middle
+// of the input and scaled by the number of texels. Each part is the median of `runs`.
 class PartsBench {
  public:
   [[nodiscard]] static Result<PartsBench> prepare(const std::filesystem::path& input, const std::filesystem::path& scratch, int runs);

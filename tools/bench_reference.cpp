@@ -12,11 +12,9 @@ namespace vt::bench {
 namespace {
 
 constexpr int kTaps = 64;
-using Weights = std::array<double, kTaps>;
-
-Weights ideal_weights() {
+std::vector<double> ideal_weights() {
   constexpr double kBeta = 6.0;
-  Weights weights{};
+  std::vector<double> weights(kTaps);
   double sum = 0.0;
   for (int t = 0; t < kTaps; ++t) {
     const double offset = t - (kTaps - 1) / 2.0;  // fine texels from the centre of the coarse one
@@ -37,20 +35,34 @@ std::int64_t mirrored(std::int64_t i, std::int64_t count) {
   return i < count ? i : period - 1 - i;
 }
 
-// `lines` lines of `length` values; value i of line n is at n * line_step + i * value_step.
+// `lines` lines of `length` values; value i of line n is at n * line_step + i * value_step. Sums are of the weights' type.
+template <class Real>
 void halve_lines(const std::vector<double>& in, std::int64_t lines, std::int64_t length, std::int64_t in_line, std::int64_t in_step,
-                 std::vector<double>& out, std::int64_t out_line, std::int64_t out_step, const Weights& weights) {
-  constexpr std::int64_t kReach = kTaps / 2 - 1;
-  std::vector<double> padded(static_cast<std::size_t>(length + 2 * kReach));
+                 std::vector<double>& out, std::int64_t out_line, std::int64_t out_step, std::span<const Real> weights) {
+  const std::int64_t reach = static_cast<std::int64_t>(weights.size()) / 2 - 1;
+  std::vector<double> padded(static_cast<std::size_t>(length + 2 * reach));
   for (std::int64_t n = 0; n < lines; ++n) {
-    for (std::int64_t i = 0; i < length + 2 * kReach; ++i)
-      padded[static_cast<std::size_t>(i)] = in[static_cast<std::size_t>(n * in_line + mirrored(i - kReach, length) * in_step)];
+    for (std::int64_t i = 0; i < length + 2 * reach; ++i)
+      padded[static_cast<std::size_t>(i)] = in[static_cast<std::size_t>(n * in_line + mirrored(i - reach, length) * in_step)];
     for (std::int64_t i = 0; i < length / 2; ++i) {
-      double sum = 0.0;
-      for (std::size_t t = 0; t < kTaps; ++t) sum += weights[t] * padded[static_cast<std::size_t>(2 * i) + t];
-      out[static_cast<std::size_t>(n * out_line + i * out_step)] = sum;
+      Real sum = 0;
+      for (std::size_t t = 0; t < weights.size(); ++t) sum += weights[t] * static_cast<Real>(padded[static_cast<std::size_t>(2 * i) + t]);
+      out[static_cast<std::size_t>(n * out_line + i * out_step)] = static_cast<double>(sum);
     }
   }
+}
+
+template <class Real>
+LightImage halve(const LightImage& fine, std::span<const Real> weights) {
+  assert(fine.width % 2 == 0 && fine.height % 2 == 0);
+  LightImage coarse{fine.width / 2, fine.height / 2, {}};
+  std::vector<double> narrow(static_cast<std::size_t>(coarse.width * fine.height));
+  for (std::size_t p = 0; p < 3; ++p) {
+    coarse.planes[p].resize(static_cast<std::size_t>(coarse.width * coarse.height));
+    halve_lines(fine.planes[p], fine.height, fine.width, fine.width, 1, narrow, coarse.width, 1, weights);
+    halve_lines(narrow, coarse.width, fine.height, 1, coarse.width, coarse.planes[p], 1, coarse.width, weights);
+  }
+  return coarse;
 }
 
 double decibels(double squares, std::uint64_t samples, double peak) {
@@ -79,17 +91,28 @@ LightImage light_from_codes(std::span<const std::uint8_t> rgb, std::int64_t widt
 }
 
 LightImage halve_ideally(const LightImage& fine) {
-  assert(fine.width % 2 == 0 && fine.height % 2 == 0);
-  static const Weights weights = ideal_weights();
-  LightImage coarse{fine.width / 2, fine.height / 2, {}};
-  std::vector<double> narrow(static_cast<std::size_t>(coarse.width * fine.height));
-  for (std::size_t p = 0; p < 3; ++p) {
-    coarse.planes[p].resize(static_cast<std::size_t>(coarse.width * coarse.height));
-    halve_lines(fine.planes[p], fine.height, fine.width, fine.width, 1, narrow, coarse.width, 1, weights);
-    halve_lines(narrow, coarse.width, fine.height, 1, coarse.width, coarse.planes[p], 1, coarse.width, weights);
-  }
-  return coarse;
+  static const std::vector<double> weights = ideal_weights();
+  return halve<double>(fine, weights);
 }
+
+std::optional<std::vector<long double>> kernel_taps(std::string_view name) {
+  if (name == "box") return std::vector<long double>{0.5L, 0.5L};
+  if (name != "kaiser3") return std::nullopt;
+  constexpr int kCount = 12;
+  std::vector<long double> taps;
+  for (int t = 0; t < kCount; ++t) {
+    const long double x = (static_cast<long double>(t) - (kCount - 1) / 2.0L) / 2.0L;  // coarse texels from the centre
+    const long double phase = std::numbers::pi_v<long double> * x;
+    const long double window = std::cyl_bessel_i(0.0L, 4.0L * std::sqrt(1.0L - x * x / 9.0L)) / std::cyl_bessel_i(0.0L, 4.0L);
+    taps.push_back(std::sin(phase) / phase * window);
+  }
+  long double sum = 0.0L;
+  for (const long double tap : taps) sum += tap;
+  for (long double& tap : taps) tap /= sum;
+  return taps;
+}
+
+LightImage halve_exactly(const LightImage& fine, std::span<const long double> taps) { return halve<long double>(fine, taps); }
 
 std::vector<std::uint8_t> halve_codes(std::span<const std::uint8_t> rgb, std::int64_t width, std::int64_t height) {
   std::vector<std::uint8_t> coarse(static_cast<std::size_t>(width / 2 * (height / 2) * 3));
@@ -128,6 +151,7 @@ void PyramidError::add_level(std::span<const std::uint8_t> rgb, const LightImage
         const double code_error = code - 255.0 * channels::srgb_from_linear(wanted);
         linear_squares_ += linear_error * linear_error;
         code_squares_ += code_error * code_error;
+        worst_code_error_ = std::max(worst_code_error_, std::abs(code_error));
         luminance += kLuminance[p] * light[code];
         ideal_luminance += kLuminance[p] * wanted;
         ++samples_;

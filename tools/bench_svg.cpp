@@ -278,7 +278,7 @@ std::string svg_of(const ScatterChart& chart) {
     drawing.circle(legend_x + 5.0, 54.0, 5.5, color);
     drawing.text(legend_x + 16.0, 58.5, series.name, kTextSize, kInk);
     legend_x += 44.0 + text_width(series.name, kTextSize);
-    for (std::size_t p = 0; p + 1 < series.points.size(); ++p)
+    for (std::size_t p = 0; series.is_joined && p + 1 < series.points.size(); ++p)
       drawing.line(x_of(series.points[p].x), y_of(series.points[p].y), x_of(series.points[p + 1].x), y_of(series.points[p + 1].y), color,
                    1.5);
     for (const Point& point : series.points) drawing.circle(x_of(point.x), y_of(point.y), 5.5, color);

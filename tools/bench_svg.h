@@ -27,7 +27,7 @@ struct BarChart {
 };
 [[nodiscard]] std::string svg_of(const BarChart& chart);
 
-// Points in a plane, those of one series joined in order; x may be logarithmic, values are then above 0.
+// Points in a plane, those of one series joined in order or standing alone; x may be logarithmic, values are then above 0.
 struct Point {
   double x = 0.0;
   double y = 0.0;
@@ -36,6 +36,7 @@ struct Point {
 struct Series {
   std::string name;
   std::vector<Point> points;
+  bool is_joined = true;
 };
 struct ReferenceLine {
   double y = 0.0;

@@ -35,11 +35,53 @@ std::string for_csv(const Cell& cell) {
   return quoted + '"';
 }
 
+// A cell of a pipe table.
+std::string escaped_for_markdown(const std::string& text) {
+  std::string out;
+  for (const char c : text) {
+    if (c == '|') out += '\\';
+    out += c == '\n' || c == '\r' ? ' ' : c;
+  }
+  return out;
+}
+
 }  // namespace
 
 void Table::add_row(std::vector<Cell> cells) {
   assert(cells.size() == columns_.size());
   rows_.push_back(std::move(cells));
+}
+
+void Table::add_named_row(const std::vector<std::pair<std::string_view, Cell>>& cells) {
+  std::vector<Cell> row(columns_.size());
+  for (const auto& [key, cell] : cells) {
+    const auto column = std::find_if(columns_.begin(), columns_.end(), [&](const Column& c) { return c.key == key; });
+    assert(column != columns_.end());
+    if (column != columns_.end()) row[static_cast<std::size_t>(column - columns_.begin())] = cell;
+  }
+  rows_.push_back(std::move(row));
+}
+
+bool Table::is_number(std::size_t column) const {
+  return std::none_of(rows_.begin(), rows_.end(), [&](const auto& row) { return std::holds_alternative<std::string>(row[column]); });
+}
+
+std::string Table::markdown() const {
+  std::string header = "|";
+  std::string rule = "|";
+  for (std::size_t c = 0; c < columns_.size(); ++c) {
+    if (columns_[c].title.empty()) continue;
+    header += " " + escaped_for_markdown(columns_[c].title) + " |";
+    rule += is_number(c) ? " ---: |" : " --- |";
+  }
+  std::string out = header + "\n" + rule + "\n";
+  for (const auto& row : rows_) {
+    out += "|";
+    for (std::size_t c = 0; c < columns_.size(); ++c)
+      if (!columns_[c].title.empty()) out += " " + escaped_for_markdown(for_people(row[c], columns_[c].decimals)) + " |";
+    out += "\n";
+  }
+  return out;
 }
 
 std::string Table::text() const {
@@ -59,9 +101,7 @@ std::string Table::text() const {
     line.erase(line.find_last_not_of(' ') + 1);
     out += line + '\n';
   };
-  const auto column_is_number = [&](std::size_t c) {
-    return std::none_of(rows_.begin(), rows_.end(), [c](const auto& row) { return std::holds_alternative<std::string>(row[c]); });
-  };
+  const auto column_is_number = [&](std::size_t c) { return is_number(c); };
   add_line([&](std::size_t c) { return columns_[c].title; }, column_is_number);
   for (const auto& row : rows_) add_line([&](std::size_t c) { return for_people(row[c], columns_[c].decimals); }, column_is_number);
   return out;

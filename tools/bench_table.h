@@ -1,8 +1,10 @@
-// Results as rows under named columns, printed three ways from the same numbers: for people, as CSV, as JSON.
+// Results as rows under named columns, printed from the same numbers for people, as Markdown, as CSV and as JSON.
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>
 #include <string>
+#include <string_view>
+#include <utility>
 #include <variant>
 #include <vector>
 
@@ -23,12 +25,17 @@ class Table {
 
   // As many cells as columns.
   void add_row(std::vector<Cell> cells);
+  // Cells by the key of their column, so that no figure lands in a neighbour's; columns that are not named stay empty.
+  void add_named_row(const std::vector<std::pair<std::string_view, Cell>>& cells);
 
   [[nodiscard]] std::string text() const;
+  [[nodiscard]] std::string markdown() const;         // what text() shows
   [[nodiscard]] std::string csv() const;              // RFC 4180 with a header line
   [[nodiscard]] nlohmann::ordered_json json() const;  // an array of objects; empty cells are null
 
  private:
+  [[nodiscard]] bool is_number(std::size_t column) const;  // has no text
+
   std::vector<Column> columns_;
   std::vector<std::vector<Cell>> rows_;
 };

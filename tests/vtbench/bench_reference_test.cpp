@@ -49,6 +49,38 @@ TEST(HalveIdeally, PassesWhatTheCoarseGridCanHoldAndStopsTheRest) {
   }
 }
 
+// A wave in an exact pyramid keeps its phase and shrinks by the kernel's response, which the taps alone decide.
+TEST(HalveExactly, ScalesAWaveByTheResponseOfTheTaps) {
+  for (const char* kernel : {"box", "kaiser3"}) {
+    const auto taps = kernel_taps(kernel);
+    ASSERT_TRUE(taps.has_value());
+    const double cycles = 0.11;
+    double response = 0.0;
+    for (std::size_t t = 0; t < taps->size(); ++t)
+      response += static_cast<double>((*taps)[t]) *
+                  std::cos(2.0 * std::numbers::pi * cycles * (static_cast<double>(t) - (static_cast<double>(taps->size()) - 1.0) / 2.0));
+    const LightImage half = halve_exactly(wave(128, cycles, 0.4), *taps);
+    LightImage wanted = wave(64, 2.0 * cycles, 0.4);
+    for (double& value : wanted.planes[0]) value = 0.5 + (value - 0.5) * response;
+    EXPECT_LT(worst_difference(half, wanted), 1e-14) << kernel;
+  }
+}
+
+TEST(HalveExactly, TapsAreSymmetricAndSumToOneAndTheBoxIsTheMeanOfFour) {
+  const auto kaiser = kernel_taps("kaiser3").value();
+  ASSERT_EQ(kaiser.size(), 12U);
+  long double sum = 0.0L;
+  for (std::size_t t = 0; t < 12; ++t) {
+    EXPECT_EQ(kaiser[t], kaiser[11 - t]);
+    sum += kaiser[t];
+  }
+  EXPECT_NEAR(static_cast<double>(sum), 1.0, 1e-18);
+  EXPECT_FALSE(kernel_taps("lanczos").has_value());
+  LightImage four{2, 2, {}};
+  for (auto& plane : four.planes) plane = {0.0, 1.0, 0.25, 0.5};
+  EXPECT_EQ(halve_exactly(four, kernel_taps("box").value()).planes[2], (std::vector<double>{0.4375}));
+}
+
 TEST(HalveCodes, RoundsTheMeanOfFour) {
   const std::vector<std::uint8_t> rgb = {0, 1, 255, 0, 2, 255, 1, 2, 255, 0, 2, 254};
   EXPECT_EQ(halve_codes(rgb, 2, 2), (std::vector<std::uint8_t>{0, 2, 255}));
@@ -64,6 +96,7 @@ TEST(PyramidError, OneCodeOffIs48DecibelsAndNothingOffIsInfinite) {
   PyramidError error;
   error.add_level(off, light_from_codes(wanted, 32, 32), 4);
   EXPECT_NEAR(error.psnr_code_db(), expected_db, 1e-9);
+  EXPECT_NEAR(error.worst_code_error(), 1.0, 1e-9);
   // The slope of the transfer function at code 128.5 and one code: ((c + 0.055) / 1.055)^1.4 * 2.4 / 1.055 / 255.
   const double step = std::pow((128.5 / 255.0 + 0.055) / 1.055, 1.4) * 2.4 / 1.055 / 255.0;
   EXPECT_NEAR(error.psnr_linear_db(), -20.0 * std::log10(step), 0.001);

@@ -62,6 +62,27 @@ TEST(Table, TextAlignsNumbersRightAndLeavesUntitledColumnsOut) {
             "x          100.0\n");
 }
 
+TEST(Table, NamedCellsFindTheirColumnsAndOthersStayEmpty) {
+  Table table({{"a", "A"}, {"b", "B"}, {"c", "C", 0}});
+  table.add_named_row({{"c", 3.0}, {"a", std::string("one")}});
+  const auto rows = parse_csv(table.csv());
+  ASSERT_EQ(rows.size(), 1U);
+  EXPECT_EQ(rows[0].at("a"), "one");
+  EXPECT_EQ(rows[0].at("b"), "");
+  EXPECT_EQ(rows[0].at("c"), "3");
+}
+
+TEST(Table, MarkdownShowsWhatPeopleSeeAndEscapesBars) {
+  Table table({{"name", "name"}, {"hidden", ""}, {"rate", "rate", 1}});
+  table.add_row({std::string("a|b\nc"), 1.0, 9.25});
+  table.add_row({std::string("x"), 1.0, Cell()});
+  EXPECT_EQ(table.markdown(),
+            "| name | rate |\n"
+            "| --- | ---: |\n"
+            "| a\\|b c | 9.2 |\n"
+            "| x |  |\n");
+}
+
 TEST(Svg, TicksAreRoundAndEncloseTheRange) {
   EXPECT_EQ(round_ticks(0.0, 47.0, 5), (std::vector<double>{0, 10, 20, 30, 40, 50}));
   EXPECT_EQ(round_ticks(-3.0, 4.0, 4), (std::vector<double>{-4, -2, 0, 2, 4}));
