@@ -78,6 +78,8 @@ Result<int> run(const BenchBuildFlags& flags) {
       fmt::format("{}; {} threads; median of {} runs; input in the page cache", input.text(), flags.threads, flags.runs);
   const std::string remarks = fmt::format(
       "vtbuild's time includes syncing its store to the disk, the other tools' does not: `sync s` is what that takes afterwards.\n"
+      "Parts run one after the other on one thread, each by the code of a build; their sum is without and with the sync of the store's\n"
+      "bytes, of which a build can do some while it computes.\n"
       "vtbuild also hashes its samples and its records; `hashing` says what that takes, the sum of parts is without it.\n"
       "gdaladdo writes overviews only, beside a finest level that is there already and stays as it is.\n"
       "A peer ten times slower than vtbuild runs once.\n"
