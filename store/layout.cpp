@@ -76,7 +76,7 @@ void put_reference(std::span<std::byte> bytes, std::size_t at, const Reference& 
 const char* reference_fault(const Reference& reference, ReferenceKind wanted, std::uint64_t file_end) {
   if (reference.kind != wanted) return "reference is of the wrong kind";
   const bool is_compressed = reference.codec == Codec::kZstd || reference.codec == Codec::kPredictedZstd;
-  if (reference.codec != Codec::kRaw && !(is_compressed && wanted == ReferenceKind::kTile))
+  if (reference.codec != Codec::kRaw && !(is_compressed && (wanted == ReferenceKind::kTile || wanted == ReferenceKind::kSharedTile)))
     return "reference names a codec that is not allowed there";
   if (reference.offset % kRecordAlignment != 0) return "reference points between records";
   if (reference.offset < kLogStart || reference.offset > file_end || reference.record_bytes() > file_end - reference.offset)
@@ -473,9 +473,7 @@ Checked<void> check_page(std::span<const std::byte> payload, Level level, int he
 
   for (std::size_t i = 0; i < count; ++i) {
     const Reference entry = get_reference(payload, kPageEntriesAt + kReferenceBytes * i);
-    const ReferenceKind wanted = height > 0                               ? ReferenceKind::kPage
-                                 : entry.kind == ReferenceKind::kConstant ? ReferenceKind::kConstant
-                                                                          : ReferenceKind::kTile;
+    const ReferenceKind wanted = height > 0 ? ReferenceKind::kPage : is_shared(entry.kind) ? entry.kind : ReferenceKind::kTile;
     if (const char* wrong = reference_fault(entry, wanted, file_end); wrong != nullptr)
       return fault(FaultNumber::kPageEntry, ErrorCode::kInvalidData, "index page, entry " + number(i) + ": " + wrong);
   }

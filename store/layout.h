@@ -107,7 +107,11 @@ inline constexpr std::size_t kMaxPageBytes = kPageEntriesAt + kPageSlots * kRefe
 
 // ---- References ----
 
-enum class ReferenceKind : std::uint8_t { kAbsent = 0, kTile = 1, kConstant = 2, kPage = 3, kCatalog = 4 };
+enum class ReferenceKind : std::uint8_t { kAbsent = 0, kTile = 1, kConstant = 2, kPage = 3, kCatalog = 4, kSharedTile = 5 };
+// Whether many entries of the index may refer to one record, which then has key 0.
+[[nodiscard]] constexpr bool is_shared(ReferenceKind kind) {
+  return kind == ReferenceKind::kConstant || kind == ReferenceKind::kSharedTile;
+}
 
 struct Reference {
   std::uint64_t offset = 0;        // of the record's first byte
@@ -137,7 +141,7 @@ void put_reference(std::span<std::byte> bytes, std::size_t at, const Reference& 
 
 // ---- Records ----
 
-enum class RecordType : std::uint8_t { kTile = 1, kConstant = 2, kPage = 3, kCatalog = 4 };
+enum class RecordType : std::uint8_t { kTile = 1, kConstant = 2, kPage = 3, kCatalog = 4, kSharedTile = 5 };
 [[nodiscard]] constexpr RecordType record_type_of(ReferenceKind kind) { return static_cast<RecordType>(kind); }
 
 struct RecordHeader {

@@ -175,7 +175,7 @@ Result<void> StoreReader::read(LayerId id, TileId tile, std::span<std::byte> out
 
   const bool is_constant = found.kind == ReferenceKind::kConstant;
   const std::size_t raw_bytes = is_constant ? format_info(layer->format).block_bytes : out.size();
-  const std::uint64_t key = is_constant ? 0 : record_key(id, tile.level, morton_code(tile.x, tile.y));
+  const std::uint64_t key = is_shared(found.kind) ? 0 : record_key(id, tile.level, morton_code(tile.x, tile.y));
   const auto payload = check_record(impl_->record(found), found, key, static_cast<std::uint32_t>(raw_bytes));
   if (!payload) return impl_->refuse(ErrorCode::kCorrupt, tile_place(*layer, tile) + ": " + payload.error());
   if (is_constant) {

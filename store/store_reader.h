@@ -23,7 +23,7 @@ struct Snapshot;  // store/snapshot.h
 
 enum class TileKind : std::uint8_t {
   kAbsent,    // never written: use an ancestor
-  kStored,    // a record of its own
+  kStored,    // a record of texels, its own or one that it shares with equal tiles
   kConstant,  // one value everywhere
 };
 

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cassert>
 #include <random>
+#include <set>
+#include <tuple>
 #include <unordered_set>
 #include <utility>
 
@@ -262,20 +264,20 @@ class StoreCheck {
         find(check, parent_of(tile)) == Presence::kAbsent)
       add(FaultNumber::kParentAbsent, place, "its parent is absent, so readers coming from above never find it");
 
-    if (reference.kind == ReferenceKind::kConstant) {
-      check.counted.constant_tiles += 1;
-      const std::size_t block_bytes = format_info(info.format).block_bytes;
-      // A shared record is checked once a format.
-      if (!constants_.insert(reference.offset * 32 + block_bytes).second) return;
-      static_cast<void>(check_record_at(reference, 0, static_cast<std::uint32_t>(block_bytes), FaultNumber::kTileRecord, place));
-      return;
+    const bool is_constant = reference.kind == ReferenceKind::kConstant;
+    check.counted.constant_tiles += is_constant ? 1 : 0;
+    // A shared record is checked once for each way in which it is referred to, and counted once in all.
+    if (is_shared(reference.kind)) {
+      if (!checked_shared_.insert({reference, info.tile_payload_bytes(), info.format}).second) return;
+      if (!counted_shared_.insert(reference.offset).second) reachable_bytes_ -= reference.record_bytes();
     }
-    const std::size_t raw_bytes = info.tile_payload_bytes();
-    const auto payload = check_record_at(reference, record_key(info.id, tile.level, morton_code(tile.x, tile.y)),
-                                         static_cast<std::uint32_t>(raw_bytes), FaultNumber::kTileRecord, place);
-    if (!payload || !options_.decode_tiles || reference.codec == Codec::kRaw) return;
+    const std::size_t raw_bytes = is_constant ? format_info(info.format).block_bytes : info.tile_payload_bytes();
+    const std::uint64_t key = is_shared(reference.kind) ? 0 : record_key(info.id, tile.level, morton_code(tile.x, tile.y));
+    const auto payload = check_record_at(reference, key, static_cast<std::uint32_t>(raw_bytes), FaultNumber::kTileRecord, place);
+    if (!payload || is_constant || !options_.decode_tiles || reference.codec == Codec::kRaw) return;
     decoded_.resize(raw_bytes);
-    if (const auto decoded = decode_payload(reference.codec, *payload, tile_shape(info.format, info.tile_texels()), decoded_); !decoded)
+    const TileShape shape = tile_shape(info.format, info.tile_texels());
+    if (const auto decoded = decode_payload(reference.codec, *payload, shape, decoded_); !decoded)
       add(FaultNumber::kTileDecode, place, "record at offset " + std::to_string(reference.offset) + ": " + decoded.error().message);
   }
 
@@ -302,8 +304,9 @@ class StoreCheck {
   std::uint64_t reachable_bytes_ = 0;
   bool is_index_damaged_ = false;
   std::unordered_set<std::uint64_t> unsound_pages_;
-  std::unordered_set<std::uint64_t> known_pages_;  // of a sample: those that were checked
-  std::unordered_set<std::uint64_t> constants_;    // offset and size of those already checked
+  std::unordered_set<std::uint64_t> known_pages_;                             // of a sample: those that were checked
+  std::set<std::tuple<Reference, std::size_t, TexelFormat>> checked_shared_;  // and the tile that each was to be
+  std::unordered_set<std::uint64_t> counted_shared_;                          // offsets
   std::vector<std::byte> decoded_;
 };
 
