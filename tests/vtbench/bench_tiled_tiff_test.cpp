@@ -64,6 +64,24 @@ TEST(TiledTiff, OurReaderFindsEveryTileWhereTheTableSaysHoweverOftenItIsNamed) {
   EXPECT_LT(std::filesystem::file_size(folder / "many.tif"), 4096U + 5U * kTile * kTile * 3U + 4096U);
 }
 
+// As many tiles as 16 gigapixels have at 256 texels a tile.
+TEST(TiledTiff, ATableOfAQuarterMillionTilesIsReadAtItsFarEnd) {
+  const test::TempFolder folder;
+  const TiledTiffSpec spec{.columns = 512, .rows = 512, .tile = kTile};
+  const auto table = scattered_tiles(spec.columns, spec.rows, 4);
+  write(folder / "wide.tif", spec, 4, table);
+  const auto raster = source::open_raster(folder / "wide.tif");
+  ASSERT_TRUE(raster.has_value()) << raster.error().message;
+  for (const std::size_t tile : {std::size_t{0}, std::size_t{511}, table.size() - 1}) {
+    std::vector<std::byte> rgb(static_cast<std::size_t>(kTile * kTile * 3));
+    const auto column = static_cast<std::int64_t>(tile % 512);
+    const auto row = static_cast<std::int64_t>(tile / 512);
+    ASSERT_TRUE((*raster)->read({column * kTile, row * kTile, kTile, kTile}, std::array{0, 1, 2}, rgb, kTile * 3).has_value());
+    const auto wanted = texel(table[tile], 0, 0);
+    EXPECT_TRUE(std::equal(wanted.begin(), wanted.end(), rgb.begin())) << tile;
+  }
+}
+
 // Values of at most eight bytes lie in the directory itself.
 TEST(TiledTiff, OneTileAndTwoTilesReadBack) {
   const test::TempFolder folder;
