@@ -6,7 +6,7 @@
 #include <zstd.h>
 
 #include <algorithm>
-#include <array>
+#include <bitset>
 #include <charconv>
 #include <cstring>
 #include <memory>
@@ -37,14 +37,30 @@ tl::unexpected<Error> zstd_failure(std::size_t code) {
   return fail(ErrorCode::kInternal, std::string("zstd cannot compress: ") + ZSTD_getErrorName(code));
 }
 
-// Residuals have few repetitions, and looking for them costs more time than all the rest: this goes over them in long steps, enough to see
-// a flat area, and leaves the work to the Huffman coder. On photographs it is smaller than levels 1 to 9, and three times as fast as 1.
-constexpr std::array<std::pair<ZSTD_cParameter, int>, 5> kEntropyParameters = {{{ZSTD_c_strategy, ZSTD_fast},
-                                                                                {ZSTD_c_minMatch, 7},
-                                                                                {ZSTD_c_targetLength, 1024},
-                                                                                {ZSTD_c_hashLog, 10},
-                                                                                {ZSTD_c_literalCompressionMode, ZSTD_ps_enable}}};
-enum class Search { kEntropyOnly, kByLevel };
+// How zstd looks for repetitions.
+//
+// Residuals have few, and looking for them at every byte costs more time than all the rest: going over them in steps leaves the work to the
+// Huffman coder. On photographs that is smaller than what levels 1 to 9 make of the same residuals, and three times as fast as level 1.
+struct Search {
+  int step = 0;  // 0: as the level does
+};
+constexpr Search kLongSteps{1024};  // finds only flat areas
+constexpr Search kShortSteps{8};
+constexpr Search kByLevel{0};
+
+std::size_t set_search(ZSTD_CCtx* context, Search search, int level) {
+  std::size_t code = ZSTD_CCtx_setParameter(context, ZSTD_c_compressionLevel, level);
+  if (search.step == 0) return code;
+  // A table for the steps of one plane; with steps this strategy would not compress what it finds no match for, if it were not told to.
+  const int hash_log = search.step > 100 ? 10 : 13;
+  for (const auto& [parameter, value] : {std::pair{ZSTD_c_strategy, static_cast<int>(ZSTD_fast)},
+                                         {ZSTD_c_minMatch, 7},
+                                         {ZSTD_c_targetLength, search.step},
+                                         {ZSTD_c_hashLog, hash_log},
+                                         {ZSTD_c_literalCompressionMode, static_cast<int>(ZSTD_ps_enable)}})
+    if (!ZSTD_isError(code)) code = ZSTD_CCtx_setParameter(context, parameter, value);
+  return code;
+}
 
 // A payload in the making. The buffer only grows, since it is used again and again; what it holds past `size` means nothing.
 struct Draft {
@@ -58,25 +74,23 @@ struct Draft {
   }
 };
 
-// One frame of `bytes` after what `out` holds already. A block ends with every plane, so that each has Huffman tables of its own.
-Result<void> append_frame(std::span<const std::byte> bytes, std::size_t planes, Search search, int level, Draft& out) {
+// One frame of `bytes` after what `out` holds already. A block ends with each of `pieces` equal pieces (planes, or parts of them), so that
+// each has Huffman tables of its own.
+Result<void> append_frame(std::span<const std::byte> bytes, std::size_t pieces, Search search, int level, Draft& out) {
   ZSTD_CCtx* const context = compressor();
   ZSTD_CCtx_reset(context, ZSTD_reset_session_and_parameters);
-  std::size_t code = ZSTD_CCtx_setParameter(context, ZSTD_c_compressionLevel, level);
-  if (search == Search::kEntropyOnly) {
-    for (const auto& [parameter, value] : kEntropyParameters)
-      if (!ZSTD_isError(code)) code = ZSTD_CCtx_setParameter(context, parameter, value);
-  }
+  std::size_t code = set_search(context, search, level);
   if (!ZSTD_isError(code)) code = ZSTD_CCtx_setPledgedSrcSize(context, bytes.size());
   if (ZSTD_isError(code)) return zstd_failure(code);
 
   // The bound is for one call; each flush may add the header of a block.
-  const auto room = out.room(ZSTD_compressBound(bytes.size()) + 16 * planes);
+  const auto room = out.room(ZSTD_compressBound(bytes.size()) + 16 * pieces);
   ZSTD_outBuffer output{room.data(), room.size(), 0};
-  for (std::size_t plane = 0; plane < planes; ++plane) {
-    const auto piece = bytes.subspan(plane * (bytes.size() / planes), bytes.size() / planes);
+  const std::size_t piece_bytes = bytes.size() / pieces;
+  for (std::size_t i = 0; i < pieces; ++i) {
+    const auto piece = bytes.subspan(i * piece_bytes, piece_bytes);
     ZSTD_inBuffer input{piece.data(), piece.size(), 0};
-    const std::size_t left = ZSTD_compressStream2(context, &output, &input, plane + 1 == planes ? ZSTD_e_end : ZSTD_e_flush);
+    const std::size_t left = ZSTD_compressStream2(context, &output, &input, i + 1 == pieces ? ZSTD_e_end : ZSTD_e_flush);
     if (ZSTD_isError(left)) return zstd_failure(left);
     if (left != 0) return fail(ErrorCode::kInternal, "zstd wants more room than its bound");
   }
@@ -128,7 +142,16 @@ bool is_flat(std::span<const std::byte> residuals, const TileShape& shape) {
   return 4 * zero_words >= words;
 }
 
-// Tries what the level is worth and keeps the smallest. An ordinary photograph at level 1 is tried only once.
+// At most a quarter of all byte values, on a sample: the colours of a map, the numbers of classes.
+bool has_few_values(std::span<const std::byte> raw) {
+  constexpr std::size_t kSampled = 4096;
+  std::bitset<256> found;
+  // An odd stride, to come to every channel.
+  for (std::size_t at = 0; at < raw.size(); at += raw.size() / kSampled | 1) found.set(std::to_integer<std::size_t>(raw[at]));
+  return found.count() <= 64;
+}
+
+// Tries what the level is worth and keeps the smallest. A photograph at level 1 is tried only once.
 class ZstdEncoder {
  public:
   // The payload is left in `scratch`, unless it is kRaw's.
@@ -142,7 +165,9 @@ class ZstdEncoder {
   [[nodiscard]] Result<PayloadView> run(const TileShape& shape) {
     if (shape.is_predictable() && shape.raw_bytes() == raw_.size() && !raw_.empty()) {
       VT_CHECK(try_predicted(shape));
-      if (level_ == 1 && !is_flat_ && !is_too_large(best_.size)) return best();
+      // Maps and graphics, whose patterns prediction tears apart, and what it gains nothing on.
+      const bool may_be_better_plain = (is_flat_ && (best_.size < raw_.size() / 8 || has_few_values(raw_))) || is_too_large(best_.size);
+      if (level_ == 1 && !may_be_better_plain) return best();
     }
     VT_CHECK(try_plain());
     if (is_too_large(best_.size)) return PayloadView(Codec::kRaw, static_cast<std::uint32_t>(raw_.size()), raw_);
@@ -163,18 +188,23 @@ class ZstdEncoder {
     const Prediction prediction = choose_prediction(raw_, shape);
     split_into_residuals(raw_, shape, prediction, residuals);
     is_flat_ = is_flat(residuals, shape);
-    for (const Search search : {Search::kEntropyOnly, Search::kByLevel}) {
-      if (search == Search::kByLevel && level_ == 1 && !is_flat_) break;
+    const auto try_search = [&](Search search, std::size_t pieces) -> Result<void> {
       trial().clear();
       append_prediction(prediction, shape, trial());
-      VT_CHECK(append_frame(residuals, shape.planes(), search, level_, trial()));
+      VT_CHECK(append_frame(residuals, pieces, search, level_, trial()));
       keep_if_smaller(Codec::kPredictedZstd);
-    }
-    return {};
+      return {};
+    };
+    const Search steps = is_flat_ ? kShortSteps : kLongSteps;
+    VT_CHECK(try_search(steps, shape.planes()));
+    if (level_ == 1) return {};
+    // Where one half of a tile is sea and the other city.
+    if (shape.plane_bytes() % 4 == 0) VT_CHECK(try_search(steps, 4 * shape.planes()));
+    return try_search(kByLevel, shape.planes());
   }
   [[nodiscard]] Result<void> try_plain() {
     trial().clear();
-    VT_CHECK(append_frame(raw_, 1, Search::kByLevel, level_, trial()));
+    VT_CHECK(append_frame(raw_, 1, kByLevel, level_, trial()));
     keep_if_smaller(Codec::kZstd);
     return {};
   }

@@ -76,7 +76,7 @@ void put_reference(std::span<std::byte> bytes, std::size_t at, const Reference& 
 const char* reference_fault(const Reference& reference, ReferenceKind wanted, std::uint64_t file_end) {
   if (reference.kind != wanted) return "reference is of the wrong kind";
   const bool is_compressed = reference.codec == Codec::kZstd || reference.codec == Codec::kPredictedZstd;
-  if (reference.codec != Codec::kRaw && !(is_compressed && wanted == ReferenceKind::kTile))
+  if (reference.codec != Codec::kRaw && !(is_compressed && (wanted == ReferenceKind::kTile || wanted == ReferenceKind::kSharedTile)))
     return "reference names a codec that is not allowed there";
   if (reference.offset % kRecordAlignment != 0) return "reference points between records";
   if (reference.offset < kLogStart || reference.offset > file_end || reference.record_bytes() > file_end - reference.offset)
@@ -103,13 +103,13 @@ std::array<std::byte, kRecordHeaderBytes> seal_record(RecordHeader& header, std:
 }
 
 tl::expected<std::span<const std::byte>, const char*> check_record(std::span<const std::byte> record, const Reference& reference,
-                                                                   std::uint64_t key, std::uint32_t raw_bytes, HashCheck hash_check) {
+                                                                   std::uint64_t key, std::uint32_t raw_bytes) {
   const auto wrong = [](const char* sentence) { return tl::unexpected<const char*>(sentence); };
   assert(record.size() == kRecordHeaderBytes + reference.stored_bytes);
   const std::uint64_t hash = get<std::uint64_t>(record, 0);
   // The checksum comes first: a flipped bit is damage, whatever field it hits.
   if (static_cast<std::uint32_t>(hash) != reference.check) return wrong("its checksum differs from the one its reference gives");
-  if (hash_check == HashCheck::kVerify && hash_bytes(record.subspan(8)) != hash) return wrong("its checksum differs");
+  if (hash_bytes(record.subspan(8)) != hash) return wrong("its checksum differs");
   if (get<std::uint32_t>(record, 8) != kRecordMagic) return wrong("its header has no record magic");
   if (get<std::uint8_t>(record, 12) != static_cast<std::uint8_t>(record_type_of(reference.kind)))
     return wrong("it is a record of another type");
@@ -473,9 +473,7 @@ Checked<void> check_page(std::span<const std::byte> payload, Level level, int he
 
   for (std::size_t i = 0; i < count; ++i) {
     const Reference entry = get_reference(payload, kPageEntriesAt + kReferenceBytes * i);
-    const ReferenceKind wanted = height > 0                               ? ReferenceKind::kPage
-                                 : entry.kind == ReferenceKind::kConstant ? ReferenceKind::kConstant
-                                                                          : ReferenceKind::kTile;
+    const ReferenceKind wanted = height > 0 ? ReferenceKind::kPage : is_shared(entry.kind) ? entry.kind : ReferenceKind::kTile;
     if (const char* wrong = reference_fault(entry, wanted, file_end); wrong != nullptr)
       return fault(FaultNumber::kPageEntry, ErrorCode::kInvalidData, "index page, entry " + number(i) + ": " + wrong);
   }

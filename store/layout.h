@@ -107,7 +107,11 @@ inline constexpr std::size_t kMaxPageBytes = kPageEntriesAt + kPageSlots * kRefe
 
 // ---- References ----
 
-enum class ReferenceKind : std::uint8_t { kAbsent = 0, kTile = 1, kConstant = 2, kPage = 3, kCatalog = 4 };
+enum class ReferenceKind : std::uint8_t { kAbsent = 0, kTile = 1, kConstant = 2, kPage = 3, kCatalog = 4, kSharedTile = 5 };
+// Whether many entries of the index may refer to one record, which then has key 0.
+[[nodiscard]] constexpr bool is_shared(ReferenceKind kind) {
+  return kind == ReferenceKind::kConstant || kind == ReferenceKind::kSharedTile;
+}
 
 struct Reference {
   std::uint64_t offset = 0;        // of the record's first byte
@@ -137,7 +141,7 @@ void put_reference(std::span<std::byte> bytes, std::size_t at, const Reference& 
 
 // ---- Records ----
 
-enum class RecordType : std::uint8_t { kTile = 1, kConstant = 2, kPage = 3, kCatalog = 4 };
+enum class RecordType : std::uint8_t { kTile = 1, kConstant = 2, kPage = 3, kCatalog = 4, kSharedTile = 5 };
 [[nodiscard]] constexpr RecordType record_type_of(ReferenceKind kind) { return static_cast<RecordType>(kind); }
 
 struct RecordHeader {
@@ -152,13 +156,11 @@ struct RecordHeader {
 // Fills in the hash, which covers the rest of the header and the payload.
 [[nodiscard]] std::array<std::byte, kRecordHeaderBytes> seal_record(RecordHeader& header, std::span<const std::byte> payload);
 
-enum class HashCheck { kVerify, kSkip };
 // `record` is header and payload, exactly reference.stored_bytes + 32 long. Gives the payload; the sentence says what differs from the
-// reference. kSkip leaves the payload's hash alone, for a record that was verified before; everything in the header is still compared.
+// reference.
 [[nodiscard]] tl::expected<std::span<const std::byte>, const char*> check_record(std::span<const std::byte> record,
                                                                                  const Reference& reference, std::uint64_t key,
-                                                                                 std::uint32_t raw_bytes,
-                                                                                 HashCheck hash_check = HashCheck::kVerify);
+                                                                                 std::uint32_t raw_bytes);
 
 // ---- Superblocks ----
 
@@ -215,15 +217,18 @@ struct Catalog {
 // Everything that can be said of a page by itself: sizes, ranks, kinds and extents of its entries.
 [[nodiscard]] Checked<void> check_page(std::span<const std::byte> payload, Level level, int height, std::uint64_t file_end);
 
-// Lookup in a page that check_page has passed.
-[[nodiscard]] inline Reference page_entry(std::span<const std::byte> payload, int slot) {
+// Of the present slots of a page that check_page has passed, which one is this? `payload` may end with the ranks.
+[[nodiscard]] inline std::optional<std::size_t> page_entry_number(std::span<const std::byte> payload, int slot) {
   const std::size_t word_index = static_cast<std::size_t>(slot) / 64;
   const std::uint64_t word = get<std::uint64_t>(payload, kPageBitmapAt + 8 * word_index);
   const std::uint64_t bit = std::uint64_t{1} << (slot % 64);
-  if ((word & bit) == 0) return {};
-  const std::size_t rank =
-      get<std::uint16_t>(payload, kPageRanksAt + 2 * word_index) + static_cast<std::size_t>(std::popcount(word & (bit - 1)));
-  return get_reference(payload, kPageEntriesAt + kReferenceBytes * rank);
+  if ((word & bit) == 0) return std::nullopt;
+  return get<std::uint16_t>(payload, kPageRanksAt + 2 * word_index) + static_cast<std::size_t>(std::popcount(word & (bit - 1)));
+}
+// Lookup in such a page.
+[[nodiscard]] inline Reference page_entry(std::span<const std::byte> payload, int slot) {
+  const auto number = page_entry_number(payload, slot);
+  return number ? get_reference(payload, kPageEntriesAt + kReferenceBytes * *number) : Reference{};
 }
 
 }  // namespace vt::store

@@ -54,7 +54,7 @@ class NewStore {
 
  private:
   NewStore() = default;
-  [[nodiscard]] Result<void> flush();
+  [[nodiscard]] Result<void> write_buffer(std::size_t bytes);  // from its front
 
   std::filesystem::path path_;
   std::filesystem::path beside_;  // its name until it is whole; empty before and afterwards

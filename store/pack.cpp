@@ -316,7 +316,7 @@ class Packing {
     return {};
   }
 
-  [[nodiscard]] static bool is_shared(const Reference& entry) { return entry.kind != ReferenceKind::kTile; }
+  [[nodiscard]] static bool is_shared(const Reference& entry) { return store::is_shared(entry.kind); }
   [[nodiscard]] static std::size_t raw_bytes_of(const LayerInfo& info, const Reference& entry) {
     return entry.kind == ReferenceKind::kConstant ? format_info(info.format).block_bytes : info.tile_payload_bytes();
   }

@@ -9,8 +9,15 @@
 #include "store/predictor_rules.h"
 
 // Plain loops that the compiler turns into vector instructions, once for every x86-64 and once for those with AVX2; the loader of the C
-// library picks one when the program starts.
-#if defined(__x86_64__) && defined(__gnu_linux__)
+// library picks one when the program starts. (Before the thread sanitizer has started, which therefore has only the first.)
+#if defined(__SANITIZE_THREAD__)
+#define VT_HAS_THREAD_SANITIZER 1
+#elif defined(__has_feature)
+#if __has_feature(thread_sanitizer)
+#define VT_HAS_THREAD_SANITIZER 1
+#endif
+#endif
+#if defined(__x86_64__) && defined(__gnu_linux__) && !defined(VT_HAS_THREAD_SANITIZER)
 #define VT_VECTOR_LOOPS __attribute__((target_clones("avx2", "default")))
 #else
 #define VT_VECTOR_LOOPS

@@ -2,40 +2,25 @@
 
 #include <algorithm>
 #include <array>
-#include <atomic>
-#include <bit>
 #include <cassert>
 #include <utility>
 
 #include "store/file.h"
 #include "store/layout.h"
+#include "store/page_directory.h"
 #include "store/snapshot.h"
 #include "store/tile_text.h"
 
 namespace vt::store {
 namespace {
 
-// Remembers which index pages have been hashed and checked, so that a lookup pays for it once. A fixed table of page offsets without locks:
-// a page that loses its place to another is only checked again.
-class VerifiedPages {
- public:
-  explicit VerifiedPages(std::uint64_t tiles)
-      : slots_(std::bit_ceil(std::clamp<std::uint64_t>(tiles / 64, 1024, std::uint64_t{1} << 22))),
-        offsets_(new std::atomic<std::uint64_t>[slots_]()) {}
-
-  // Relaxed is enough: the pages never change, and no data passes through the table.
-  [[nodiscard]] bool contains(std::uint64_t offset) const { return slot(offset).load(std::memory_order_relaxed) == offset; }
-  void add(std::uint64_t offset) const { slot(offset).store(offset, std::memory_order_relaxed); }
-
- private:
-  [[nodiscard]] std::atomic<std::uint64_t>& slot(std::uint64_t offset) const {
-    return offsets_[((offset / kRecordAlignment) * 0x9E3779B97F4A7C15) >> (64 - std::countr_zero(slots_))];
-  }
-  std::size_t slots_;
-  std::unique_ptr<std::atomic<std::uint64_t>[]> offsets_;
-};
-
 constexpr std::uint16_t kNoLayer = 0xFFFF;
+
+TileLookup lookup_of(const Reference& found) {
+  TileLookup lookup{.codec = found.codec, .offset = found.offset, .stored_bytes = found.stored_bytes};
+  if (found.present()) lookup.kind = found.kind == ReferenceKind::kConstant ? TileKind::kConstant : TileKind::kStored;
+  return lookup;
+}
 
 }  // namespace
 
@@ -43,7 +28,7 @@ struct StoreReader::Impl {
   Snapshot snapshot;
   Mapping mapping;
   std::array<std::uint16_t, kMaxLayers> index_of_id;
-  VerifiedPages verified{0};
+  PageDirectory directory;
 
   [[nodiscard]] const LayerInfo* find(LayerId id) const {
     if (id.value >= kMaxLayers || index_of_id[id.value] == kNoLayer) return nullptr;
@@ -62,24 +47,32 @@ struct StoreReader::Impl {
     return mapping.bytes().subspan(reference.offset, kRecordHeaderBytes + reference.stored_bytes);
   }
 
-  // The reference to a tile, through the pages of its level from the top.
+  [[nodiscard]] PageDirectory::Query query_for(const LayerInfo& layer, TileId tile) const {
+    return {.layer = index_of_id[layer.id.value], .level = tile.level, .morton = morton_code(tile.x, tile.y)};
+  }
+  [[nodiscard]] static bool may_have(const LayerInfo& layer, TileId tile) { return is_addressable(tile) && tile.level <= layer.finest; }
+
+  // The reference to a tile.
   [[nodiscard]] Result<Reference> find_tile(const LayerInfo& layer, TileId tile) const {
-    if (!is_addressable(tile) || tile.level > layer.finest) return Reference{};
-    const std::uint64_t morton = morton_code(tile.x, tile.y);
-    Reference at = snapshot.roots[index_of_id[layer.id.value]][tile.level.value];
+    if (!may_have(layer, tile)) return Reference{};
+    const auto query = query_for(layer, tile);
+    const PageDirectory::Place place = directory.find(query);
+    return place.is_known ? place.reference() : find_through_pages(layer, tile, query);
+  }
+  // The same through the pages of the tile's level from the top, each of which is checked when it is met for the first time.
+  [[nodiscard]] Result<Reference> find_through_pages(const LayerInfo& layer, TileId tile, const PageDirectory::Query& query) const {
+    Reference at = snapshot.roots[query.layer][tile.level.value];
     for (int height = top_height(tile.level); height >= 0; --height) {
       if (!at.present()) return at;
-      const std::uint64_t key = record_key(layer.id, tile.level, page_first_morton(morton, height));
-      const bool was_verified = verified.contains(at.offset);
-      const auto payload = check_record(record(at), at, key, at.stored_bytes, was_verified ? HashCheck::kSkip : HashCheck::kVerify);
-      if (!payload) [[unlikely]]
-        return damaged_page(layer, tile, at, payload.error());
-      if (!was_verified) {
+      if (!directory.knows(query, height)) {
+        const std::uint64_t key = record_key(layer.id, tile.level, page_first_morton(query.morton, height));
+        const auto payload = check_record(record(at), at, key, at.stored_bytes);
+        if (!payload) return damaged_page(layer, tile, at, payload.error());
         if (const auto sound = check_page(*payload, tile.level, height, snapshot.superblock.file_end); !sound)
           return damaged_page(layer, tile, at, sound.error().sentence);
-        verified.add(at.offset);
+        directory.remember(query, height, at);
       }
-      at = page_entry(*payload, page_slot(morton, height));
+      at = page_entry(record(at).subspan(kRecordHeaderBytes), page_slot(query.morton, height));
     }
     return at;
   }
@@ -103,14 +96,9 @@ Result<StoreReader> StoreReader::open(const std::filesystem::path& path) {
   impl->mapping.read_ahead(superblock.cold_start.offset, superblock.cold_start.bytes);
 
   impl->index_of_id.fill(kNoLayer);
-  std::uint64_t tiles = 0;
-  for (std::size_t i = 0; i < impl->snapshot.layers.size(); ++i) {
-    const LayerInfo& layer = impl->snapshot.layers[i];
-    impl->index_of_id[layer.id.value] = static_cast<std::uint16_t>(i);
-    // The count only sizes a table, so a wild one does no harm.
-    tiles += std::min(layer.tiles, superblock.file_end);
-  }
-  impl->verified = VerifiedPages(std::min(tiles, superblock.file_end));
+  for (std::size_t i = 0; i < impl->snapshot.layers.size(); ++i)
+    impl->index_of_id[impl->snapshot.layers[i].id.value] = static_cast<std::uint16_t>(i);
+  impl->directory = PageDirectory(impl->mapping.bytes(), impl->snapshot.layers);
   return StoreReader(std::move(impl));
 }
 
@@ -144,10 +132,38 @@ Result<TileLookup> StoreReader::lookup(LayerId id, TileId tile) const {
   const LayerInfo* layer = impl_->find(id);
   if (layer == nullptr) [[unlikely]]
     return impl_->unknown_layer(id);
-  VT_ASSIGN(const Reference found, impl_->find_tile(*layer, tile));
-  TileLookup lookup{.codec = found.codec, .offset = found.offset, .stored_bytes = found.stored_bytes};
-  if (found.present()) lookup.kind = found.kind == ReferenceKind::kConstant ? TileKind::kConstant : TileKind::kStored;
-  return lookup;
+  if (!Impl::may_have(*layer, tile)) return TileLookup{};
+  const auto query = impl_->query_for(*layer, tile);
+  if (const PageDirectory::Place place = impl_->directory.find(query); place.is_known) [[likely]]
+    return lookup_of(place.reference());
+  VT_ASSIGN(const Reference found, impl_->find_through_pages(*layer, tile, query));
+  return lookup_of(found);
+}
+
+Result<void> StoreReader::lookup_many(LayerId id, std::span<const TileId> tiles, std::span<TileLookup> out) const {
+  assert(out.size() == tiles.size());
+  const LayerInfo* layer = impl_->find(id);
+  if (layer == nullptr) return impl_->unknown_layer(id);
+  std::array<PageDirectory::Query, PageDirectory::kBatch> queries;
+  std::array<PageDirectory::Place, PageDirectory::kBatch> places;
+  for (std::size_t first = 0; first < tiles.size(); first += queries.size()) {
+    const auto batch = tiles.subspan(first, std::min(queries.size(), tiles.size() - first));
+    // A tile outside the pyramid asks for the root instead, and its answer is not looked at.
+    for (std::size_t i = 0; i < batch.size(); ++i)
+      queries[i] = impl_->query_for(*layer, Impl::may_have(*layer, batch[i]) ? batch[i] : TileId{});
+    impl_->directory.find_many(std::span(queries).first(batch.size()), std::span(places).first(batch.size()));
+    for (std::size_t i = 0; i < batch.size(); ++i) {
+      if (!Impl::may_have(*layer, batch[i])) {
+        out[first + i] = {};
+      } else if (places[i].is_known) {
+        out[first + i] = lookup_of(places[i].reference());
+      } else {
+        VT_ASSIGN(const Reference found, impl_->find_through_pages(*layer, batch[i], queries[i]));
+        out[first + i] = lookup_of(found);
+      }
+    }
+  }
+  return {};
 }
 
 Result<void> StoreReader::read(LayerId id, TileId tile, std::span<std::byte> out) const {
@@ -159,7 +175,7 @@ Result<void> StoreReader::read(LayerId id, TileId tile, std::span<std::byte> out
 
   const bool is_constant = found.kind == ReferenceKind::kConstant;
   const std::size_t raw_bytes = is_constant ? format_info(layer->format).block_bytes : out.size();
-  const std::uint64_t key = is_constant ? 0 : record_key(id, tile.level, morton_code(tile.x, tile.y));
+  const std::uint64_t key = is_shared(found.kind) ? 0 : record_key(id, tile.level, morton_code(tile.x, tile.y));
   const auto payload = check_record(impl_->record(found), found, key, static_cast<std::uint32_t>(raw_bytes));
   if (!payload) return impl_->refuse(ErrorCode::kCorrupt, tile_place(*layer, tile) + ": " + payload.error());
   if (is_constant) {

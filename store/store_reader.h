@@ -23,7 +23,7 @@ struct Snapshot;  // store/snapshot.h
 
 enum class TileKind : std::uint8_t {
   kAbsent,    // never written: use an ancestor
-  kStored,    // a record of its own
+  kStored,    // a record of texels, its own or one that it shares with equal tiles
   kConstant,  // one value everywhere
 };
 
@@ -56,6 +56,9 @@ class StoreReader {
 
   // What the index says; does not touch the tile itself. kCorrupt: an index page is damaged.
   [[nodiscard]] Result<TileLookup> lookup(LayerId layer, TileId tile) const;
+  // The same for many tiles of a layer, several times as fast in an index that no cache holds: the misses overlap. `out` is as long as
+  // `tiles`. After an error `out` holds nothing of use.
+  [[nodiscard]] Result<void> lookup_many(LayerId layer, std::span<const TileId> tiles, std::span<TileLookup> out) const;
   // Copies one tile, decompressed and ready for upload, into `out`, which is exactly tile_payload_bytes() long. Constants are expanded.
   // kNotFound: absent, use its ancestor. kCorrupt: its checksum differs.
   [[nodiscard]] Result<void> read(LayerId layer, TileId tile, std::span<std::byte> out) const;

@@ -3,11 +3,13 @@
 #include <algorithm>
 #include <array>
 #include <cassert>
+#include <condition_variable>
 #include <mutex>
 #include <unordered_map>
 #include <utility>
 
 #include "store/file.h"
+#include "store/known_payloads.h"
 #include "store/layout.h"
 #include "store/page_cache.h"
 #include "store/tile_text.h"
@@ -43,6 +45,8 @@ struct StoreWriter::Impl final : PageCache::Log {
   bool changed = false;                    // something was put since the last commit
   std::optional<Error> broken;             // after the first failed write nothing more is promised but what was committed
   std::unordered_map<std::string, Reference> constants;
+  KnownPayloads payloads;
+  std::condition_variable payload_released;
 
   [[nodiscard]] CatalogLayer* find(LayerId id) {
     const auto at = std::lower_bound(layers.begin(), layers.end(), id,
@@ -123,6 +127,15 @@ struct StoreWriter::Impl final : PageCache::Log {
   };
   [[nodiscard]] Result<Entry> entry(LayerId id, TileId tile);
   [[nodiscard]] Result<std::span<const std::byte>> stored_payload(const Entry& entry) const;
+
+  class PayloadClaim;
+  // The steps of put(), all but the first and the last without the lock.
+  [[nodiscard]] Result<void> check_payload(LayerId id, TileId tile, const PayloadView& payload);
+  [[nodiscard]] Result<bool> holds_same(const KnownPayload& known, const PayloadView& payload) const;
+  [[nodiscard]] Result<Reference> write_payload(RecordType type, std::uint64_t key, const PayloadView& payload);
+  [[nodiscard]] Result<Reference> place_payload(LayerId id, TileId tile, const PayloadView& payload,
+                                                const std::optional<KnownPayload>& known);
+  [[nodiscard]] Result<void> share_first(const KnownPayload& first, const Reference& shared);
 
   // Points the index at a record (or at nothing) and keeps the layer's counts.
   [[nodiscard]] Result<void> set_entry(CatalogLayer& layer, TileId tile, const Reference& reference) {
@@ -337,39 +350,126 @@ Result<void> StoreWriter::set_metadata(LayerId id, std::string metadata_json) {
   return {};
 }
 
-Result<void> StoreWriter::put(LayerId id, TileId tile, const PayloadView& payload) {
-  RecordHeader header{.type = RecordType::kTile,
+Result<void> StoreWriter::Impl::check_payload(LayerId id, TileId tile, const PayloadView& payload) {
+  VT_ASSIGN(const CatalogLayer* layer, check_tile(id, tile));
+  const std::size_t wanted = layer->info.tile_payload_bytes();
+  const bool is_decodable =
+      payload.codec != Codec::kPredictedZstd || tile_shape(layer->info.format, layer->info.tile_texels()).is_predictable();
+  if (payload.raw_bytes != wanted || (payload.codec == Codec::kRaw && payload.bytes.size() != wanted) ||
+      payload.bytes.size() > kMaxRawBytes || !is_decodable)
+    return refuse(ErrorCode::kUsage, tile_place(layer->info, tile) + ": payload of " + std::to_string(payload.raw_bytes) + " bytes, " +
+                                         std::to_string(wanted) + " wanted");
+  return {};
+}
+
+// By comparing the bytes: that the hashes are equal proves nothing.
+Result<bool> StoreWriter::Impl::holds_same(const KnownPayload& known, const PayloadView& payload) const {
+  if (known.reference.codec != payload.codec || known.raw_bytes != payload.raw_bytes ||
+      known.reference.stored_bytes != payload.bytes.size())
+    return false;
+  Entry entry{.reference = known.reference, .key = 0, .raw_bytes = known.raw_bytes, .shape = {}, .place = "a tile that was put before"};
+  if (!is_shared(known.reference.kind)) entry.key = record_key(known.layer, known.tile.level, morton_code(known.tile.x, known.tile.y));
+  VT_ASSIGN(const auto stored, stored_payload(entry));
+  return std::ranges::equal(stored, payload.bytes);
+}
+
+Result<Reference> StoreWriter::Impl::write_payload(RecordType type, std::uint64_t key, const PayloadView& payload) {
+  RecordHeader header{.type = type,
                       .codec = payload.codec,
                       .raw_bytes = payload.raw_bytes,
                       .stored_bytes = static_cast<std::uint32_t>(payload.bytes.size()),
-                      .key = record_key(id, tile.level, morton_code(tile.x, tile.y))};
+                      .key = key};
   const auto sealed = seal_record(header, payload.bytes);
   Reference reference{.stored_bytes = header.stored_bytes,
                       .check = static_cast<std::uint32_t>(header.hash),
-                      .kind = ReferenceKind::kTile,
+                      .kind = static_cast<ReferenceKind>(type),
                       .codec = payload.codec};
   std::pair<std::uint64_t, std::uint64_t> writeback;  // offset, bytes
   {
-    const std::lock_guard lock(impl_->mutex);
-    VT_CHECK(impl_->check_usable());
-    VT_ASSIGN(const CatalogLayer* layer, impl_->check_tile(id, tile));
-    const std::size_t wanted = layer->info.tile_payload_bytes();
-    const bool is_decodable =
-        payload.codec != Codec::kPredictedZstd || tile_shape(layer->info.format, layer->info.tile_texels()).is_predictable();
-    if (payload.raw_bytes != wanted || (payload.codec == Codec::kRaw && payload.bytes.size() != wanted) ||
-        payload.bytes.size() > kMaxRawBytes || !is_decodable)
-      return impl_->refuse(ErrorCode::kUsage, tile_place(layer->info, tile) + ": payload of " + std::to_string(payload.raw_bytes) +
-                                                  " bytes, " + std::to_string(wanted) + " wanted");
-    VT_ASSIGN(reference.offset, impl_->reserve(reference.record_bytes()));
-    writeback = impl_->next_writeback();
+    const std::lock_guard lock(mutex);
+    VT_CHECK(check_usable());
+    VT_ASSIGN(reference.offset, reserve(reference.record_bytes()));
+    writeback = next_writeback();
   }
-  const auto written = impl_->write_record(reference.offset, sealed, payload.bytes);
-  if (writeback.second != 0) impl_->file.start_writeback(writeback.first, writeback.second);
+  const auto written = write_record(reference.offset, sealed, payload.bytes);
+  if (writeback.second != 0) file.start_writeback(writeback.first, writeback.second);
+  if (!written) {
+    const std::lock_guard lock(mutex);
+    return break_off(written.error());
+  }
+  return reference;
+}
+
+// The first tile of a payload gets a record of its own, since most have no equal. The second writes one to share, with the third and all
+// others, and what the first had becomes garbage.
+Result<Reference> StoreWriter::Impl::place_payload(LayerId id, TileId tile, const PayloadView& payload,
+                                                   const std::optional<KnownPayload>& known) {
+  if (known) {
+    VT_ASSIGN(const bool is_same, holds_same(*known, payload));
+    if (is_same && (is_shared(known->reference.kind) || (known->layer == id && known->tile == tile))) return known->reference;
+    if (is_same) return write_payload(RecordType::kSharedTile, 0, payload);
+  }
+  return write_payload(RecordType::kTile, record_key(id, tile.level, morton_code(tile.x, tile.y)), payload);
+}
+
+// Unless the first tile is something else by now.
+Result<void> StoreWriter::Impl::share_first(const KnownPayload& first, const Reference& shared) {
+  CatalogLayer* layer = find(first.layer);
+  if (layer == nullptr || first.tile.level > layer->info.finest) return {};
+  VT_ASSIGN(const Reference present, pages.find(first.layer, first.tile));
+  return present == first.reference ? set_entry(*layer, first.tile, shared) : Result<void>();
+}
+
+// A claim on a fingerprint, given back whatever happens: others are waiting for it.
+class StoreWriter::Impl::PayloadClaim {
+ public:
+  PayloadClaim(Impl& impl, std::uint64_t fingerprint) : impl_(impl), fingerprint_(fingerprint) {}
+  PayloadClaim(const PayloadClaim&) = delete;
+  PayloadClaim& operator=(const PayloadClaim&) = delete;
+  ~PayloadClaim() {
+    if (!is_held_) return;
+    const std::lock_guard lock(impl_.mutex);
+    release({});
+  }
+  // These two are called with the lock.
+  [[nodiscard]] std::optional<KnownPayload> take() {
+    auto known = impl_.payloads.claim(fingerprint_);
+    is_held_ = true;
+    return known;
+  }
+  void release(const std::optional<KnownPayload>& payload) {
+    is_held_ = false;
+    impl_.payloads.release(fingerprint_, payload);
+    impl_.payload_released.notify_all();
+  }
+
+ private:
+  Impl& impl_;
+  std::uint64_t fingerprint_;
+  bool is_held_ = false;
+};
+
+Result<void> StoreWriter::put(LayerId id, TileId tile, const PayloadView& payload) {
+  const std::uint64_t fingerprint =
+      impl_->options.payload_fingerprint ? impl_->options.payload_fingerprint(payload) : payload_fingerprint(payload);
+  Impl::PayloadClaim claim(*impl_, fingerprint);
+  std::optional<KnownPayload> known;
+  {
+    std::unique_lock lock(impl_->mutex);
+    // Another thread may be at the same payload right now. It does not wait for anybody, so this comes to an end.
+    impl_->payload_released.wait(lock, [&] { return !impl_->payloads.is_claimed(fingerprint); });
+    VT_CHECK(impl_->check_usable());
+    VT_CHECK(impl_->check_payload(id, tile, payload));
+    known = claim.take();
+  }
+  VT_ASSIGN(const Reference placed, impl_->place_payload(id, tile, payload, known));
 
   const std::lock_guard lock(impl_->mutex);
-  if (!written) return impl_->break_off(written.error());
+  claim.release(KnownPayload{.reference = placed, .raw_bytes = payload.raw_bytes, .layer = id, .tile = tile});
   VT_CHECK(impl_->check_usable());
-  return impl_->set_entry(*impl_->find(id), tile, reference);
+  VT_CHECK(impl_->set_entry(*impl_->find(id), tile, placed));
+  const bool is_second = placed.kind == ReferenceKind::kSharedTile && known && known->reference.kind == ReferenceKind::kTile;
+  return is_second ? impl_->share_first(*known, placed) : Result<void>();
 }
 
 Result<void> StoreWriter::put_constant(LayerId id, TileId tile, std::span<const std::byte> block) {
@@ -418,7 +518,7 @@ Result<StoreWriter::Impl::Entry> StoreWriter::Impl::entry(LayerId id, TileId til
   entry.shape = tile_shape(layer->info.format, layer->info.tile_texels());
   const bool is_constant = entry.reference.kind == ReferenceKind::kConstant;
   entry.raw_bytes = is_constant ? format_info(layer->info.format).block_bytes : layer->info.tile_payload_bytes();
-  entry.key = is_constant ? 0 : record_key(id, tile.level, morton_code(tile.x, tile.y));
+  entry.key = is_shared(entry.reference.kind) ? 0 : record_key(id, tile.level, morton_code(tile.x, tile.y));
   return entry;
 }
 
@@ -435,9 +535,8 @@ Result<std::span<const std::byte>> StoreWriter::Impl::stored_payload(const Entry
 
 Result<bool> StoreWriter::holds(LayerId id, TileId tile, const PayloadView& wanted) const {
   VT_ASSIGN(const Impl::Entry entry, impl_->entry(id, tile));
-  if (entry.reference.kind != ReferenceKind::kTile || entry.reference.codec != wanted.codec ||
-      entry.reference.stored_bytes != wanted.bytes.size())
-    return false;
+  const bool has_texels = entry.reference.kind == ReferenceKind::kTile || entry.reference.kind == ReferenceKind::kSharedTile;
+  if (!has_texels || entry.reference.codec != wanted.codec || entry.reference.stored_bytes != wanted.bytes.size()) return false;
   VT_ASSIGN(const auto stored, impl_->stored_payload(entry));
   return std::ranges::equal(stored, wanted.bytes);
 }

@@ -36,6 +36,9 @@ struct WriterOptions {
     std::span<const std::byte> bytes;
   };
   std::function<int(const FileOperation&)> before_operation = nullptr;
+  // Stands in for the hash by which put() looks for a payload that was written before. For tests, which make different payloads collide;
+  // null in production.
+  std::function<std::uint64_t(const PayloadView&)> payload_fingerprint = nullptr;
   // false: commits order writes but do not wait for the disk; a power cut may then lose the store (a killed process may not).
   bool sync = true;
 };
@@ -63,8 +66,9 @@ class StoreWriter {
   [[nodiscard]] Result<void> set_state(LayerId layer, LayerState state);
   [[nodiscard]] Result<void> set_metadata(LayerId layer, std::string metadata_json);
 
-  // Stores one tile as `encode_payload` made it. Replaces an older one of the same name. kIo on a full disk: the store stays at its last
-  // commit.
+  // Stores one tile as `encode_payload` made it. Replaces an older one of the same name. Tiles of equal payloads that are put while the
+  // writer is open share one record (of a very large number of different ones, the recent). kIo on a full disk: the store stays at its
+  // last commit.
   [[nodiscard]] Result<void> put(LayerId layer, TileId tile, const PayloadView& payload);
   // A tile of one value everywhere: `block` is one texel (or one 4x4 block) of the layer's format. Equal values share one record.
   [[nodiscard]] Result<void> put_constant(LayerId layer, TileId tile, std::span<const std::byte> block);

@@ -2,6 +2,9 @@
 
 #include <algorithm>
 #include <cassert>
+#include <random>
+#include <set>
+#include <tuple>
 #include <unordered_set>
 #include <utility>
 
@@ -53,12 +56,13 @@ class StoreCheck {
 
     if (const auto catalog = check_catalog(superblock->catalog)) {
       for (const CatalogLayer& layer : catalog->layers) total_ += layer.info.tiles;
-      for (const CatalogLayer& layer : catalog->layers) check_layer(layer);
-      const std::uint64_t log_bytes = end_ - kLogStart;
-      if (!is_index_damaged_ && log_bytes > reachable_bytes_)
-        add(FaultNumber::kGarbage, "log",
-            std::to_string(log_bytes - reachable_bytes_) + " of " + std::to_string(log_bytes) +
-                " bytes belong to older generations or removed tiles");
+      report_.tiles_in_store = total_;
+      report_.is_sampled = options_.sample_tiles > 0 && options_.sample_tiles < total_;
+      if (report_.is_sampled) {
+        check_sample(*catalog);
+      } else {
+        check_all(*catalog);
+      }
     }
     report_.bytes_checked = kLogStart + reachable_bytes_;
   }
@@ -71,6 +75,78 @@ class StoreCheck {
     std::uint64_t outside_data = 0;
     TileId first_outside = {};
   };
+
+  void check_all(const Catalog& catalog) {
+    for (const CatalogLayer& layer : catalog.layers) check_layer(layer);
+    const std::uint64_t log_bytes = end_ - kLogStart;
+    if (!is_index_damaged_ && log_bytes > reachable_bytes_)
+      add(FaultNumber::kGarbage, "log",
+          std::to_string(log_bytes - reachable_bytes_) + " of " + std::to_string(log_bytes) +
+              " bytes belong to older generations or removed tiles");
+  }
+
+  // Layers by their number of tiles, levels by the area of their data, then any entry of each page on the way down.
+  void check_sample(const Catalog& catalog) {
+    struct Stratum {
+      LayerCheck check;
+      std::vector<double> level_weights;
+    };
+    std::vector<Stratum> strata;
+    std::vector<double> layer_weights;
+    for (const CatalogLayer& layer : catalog.layers) {
+      strata.push_back({.check = {.layer = layer}});
+      check_state(layer.info);
+      bool has_tiles = false;
+      for (int number = 0; number <= layer.info.finest.value; ++number) {
+        const Level level{static_cast<std::uint8_t>(number)};
+        const TexelRect tiles = layer.info.tile_rect(level);
+        const Reference& root = layer.roots[level.value];
+        const bool is_sound = root.present() && known_page(strata.back().check, root, level, top_height(level), 0);
+        has_tiles = has_tiles || is_sound;
+        strata.back().level_weights.push_back(is_sound ? static_cast<double>(tiles.width) * static_cast<double>(tiles.height) : 0.0);
+      }
+      layer_weights.push_back(has_tiles ? static_cast<double>(layer.info.tiles) : 0.0);
+    }
+    if (std::all_of(layer_weights.begin(), layer_weights.end(), [](double weight) { return weight == 0.0; })) return;
+
+    std::mt19937_64 random(options_.seed);
+    std::discrete_distribution<std::size_t> any_layer(layer_weights.begin(), layer_weights.end());
+    std::unordered_set<std::uint64_t> seen;
+    for (std::uint64_t i = 0; i < options_.sample_tiles; ++i) {
+      Stratum& stratum = strata[any_layer(random)];
+      std::discrete_distribution<int> any_level(stratum.level_weights.begin(), stratum.level_weights.end());
+      const Level level{static_cast<std::uint8_t>(any_level(random))};
+      check_random_tile(stratum.check, level, random, seen);
+    }
+    for (const Stratum& stratum : strata) report_outside(stratum.check);
+  }
+
+  void check_random_tile(LayerCheck& check, Level level, std::mt19937_64& random, std::unordered_set<std::uint64_t>& seen) {
+    Reference at = check.layer.roots[level.value];
+    std::uint64_t morton = 0;
+    for (int height = top_height(level); height >= 0; --height) {
+      const auto payload = known_page(check, at, level, height, morton);
+      if (!payload) return;
+      // The n-th present slot: as many steps as there are words before it.
+      std::size_t nth = random() % get<std::uint16_t>(*payload, 0);
+      int slot = 0;
+      while (true) {
+        at = page_entry(*payload, slot);
+        if (at.present() && nth-- == 0) break;
+        ++slot;
+      }
+      morton |= static_cast<std::uint64_t>(slot) << (kPageBits * height);
+    }
+    if (seen.insert(record_key(check.layer.info.id, level, morton)).second) check_tile(check, at, tile_from_morton(level, morton));
+  }
+
+  // A page's payload, checked when it is met for the first time.
+  [[nodiscard]] std::optional<std::span<const std::byte>> known_page(LayerCheck& check, const Reference& reference, Level level, int height,
+                                                                     std::uint64_t first_morton) {
+    if (unsound_pages_.contains(reference.offset)) return std::nullopt;
+    if (!known_pages_.insert(reference.offset).second) return bytes_.subspan(reference.offset + kRecordHeaderBytes, reference.stored_bytes);
+    return checked_page(check, reference, level, height, first_morton);
+  }
 
   void add(FaultNumber number, std::string place, std::string sentence) {
     if (report_.findings.size() < kMaxFindings) {
@@ -105,20 +181,27 @@ class StoreCheck {
     return std::nullopt;
   }
 
+  void check_state(const LayerInfo& info) {
+    if (info.state == LayerState::kBuilding)
+      add(FaultNumber::kLayerBuilding, "layer " + info.name, "its build has not come to its end; run the same build again to go on");
+  }
+  void report_outside(const LayerCheck& check) {
+    if (check.outside_data > 0)
+      add(FaultNumber::kTileOutsideData, tile_place(check.layer.info, check.first_outside),
+          std::to_string(check.outside_data) + " tiles, this one first, have no part in the layer's data rectangle");
+  }
+
   void check_layer(const CatalogLayer& layer) {
     LayerCheck check{.layer = layer};
     const LayerInfo& info = layer.info;
     const std::string place = "layer " + info.name;
-    if (info.state == LayerState::kBuilding)
-      add(FaultNumber::kLayerBuilding, place, "its build has not come to its end; run the same build again to go on");
+    check_state(info);
     for (int level = 0; level <= info.finest.value; ++level) {
       const Reference& root = layer.roots[static_cast<std::size_t>(level)];
       const Level l{static_cast<std::uint8_t>(level)};
       if (root.present()) check_page_at(check, root, l, top_height(l), 0);
     }
-    if (check.outside_data > 0)
-      add(FaultNumber::kTileOutsideData, tile_place(info, check.first_outside),
-          std::to_string(check.outside_data) + " tiles, this one first, have no part in the layer's data rectangle");
+    report_outside(check);
     if (!check.is_whole) return;
     const auto compare = [&](const char* what, std::uint64_t said, std::uint64_t found) {
       if (said != found)
@@ -130,21 +213,30 @@ class StoreCheck {
     compare("stored bytes", info.stored_bytes, check.counted.stored_bytes);
   }
 
-  void check_page_at(LayerCheck& check, const Reference& reference, Level level, int height, std::uint64_t first_morton) {
+  // The payload of one page, or nothing and a finding when it is damaged.
+  [[nodiscard]] std::optional<std::span<const std::byte>> checked_page(LayerCheck& check, const Reference& reference, Level level,
+                                                                       int height, std::uint64_t first_morton) {
     const LayerInfo& info = check.layer.info;
     const std::string place = tile_place(info, tile_from_morton(level, first_morton)) + " and what follows";
-    const auto lost = [&] {
+    auto payload =
+        check_record_at(reference, record_key(info.id, level, first_morton), reference.stored_bytes, FaultNumber::kPageRecord, place);
+    if (payload) {
+      if (const auto sound = check_page(*payload, level, height, end_); !sound) {
+        add(sound.error(), place);
+        payload.reset();
+      }
+    }
+    if (!payload) {
       unsound_pages_.insert(reference.offset);
       check.is_whole = false;
       is_index_damaged_ = true;
-    };
-    const auto payload =
-        check_record_at(reference, record_key(info.id, level, first_morton), reference.stored_bytes, FaultNumber::kPageRecord, place);
-    if (!payload) return lost();
-    if (const auto sound = check_page(*payload, level, height, end_); !sound) {
-      add(sound.error(), place);
-      return lost();
     }
+    return payload;
+  }
+
+  void check_page_at(LayerCheck& check, const Reference& reference, Level level, int height, std::uint64_t first_morton) {
+    const auto payload = checked_page(check, reference, level, height, first_morton);
+    if (!payload) return;
     for (int slot = 0; slot < kPageSlots; ++slot) {
       const Reference entry = page_entry(*payload, slot);
       if (!entry.present()) continue;
@@ -163,38 +255,41 @@ class StoreCheck {
     check.counted.stored_bytes += reference.record_bytes();
     report_.tiles_checked += 1;
     if (options_.progress && report_.tiles_checked % 256 == 0)
-      options_.progress(report_.tiles_checked, std::max(total_, report_.tiles_checked));
+      options_.progress(report_.tiles_checked, std::max(report_.is_sampled ? options_.sample_tiles : total_, report_.tiles_checked));
 
     const std::string place = tile_place(info, tile);
     if (!info.tile_rect(tile.level).contains(tile.x, tile.y) && check.outside_data++ == 0) check.first_outside = tile;
     // A build goes from the finest level up, and carry layers keep only what a later build needs; everywhere else a tile has its parent.
     if (info.role == LayerRole::kTexture && info.state == LayerState::kComplete && tile.level.value > 0 &&
-        find(check.layer, parent_of(tile)) == Presence::kAbsent)
+        find(check, parent_of(tile)) == Presence::kAbsent)
       add(FaultNumber::kParentAbsent, place, "its parent is absent, so readers coming from above never find it");
 
-    if (reference.kind == ReferenceKind::kConstant) {
-      check.counted.constant_tiles += 1;
-      const std::size_t block_bytes = format_info(info.format).block_bytes;
-      // A shared record is checked once a format.
-      if (!constants_.insert(reference.offset * 32 + block_bytes).second) return;
-      static_cast<void>(check_record_at(reference, 0, static_cast<std::uint32_t>(block_bytes), FaultNumber::kTileRecord, place));
-      return;
+    const bool is_constant = reference.kind == ReferenceKind::kConstant;
+    check.counted.constant_tiles += is_constant ? 1 : 0;
+    // A shared record is checked once for each way in which it is referred to, and counted once in all.
+    if (is_shared(reference.kind)) {
+      if (!checked_shared_.insert({reference, info.tile_payload_bytes(), info.format}).second) return;
+      if (!counted_shared_.insert(reference.offset).second) reachable_bytes_ -= reference.record_bytes();
     }
-    const std::size_t raw_bytes = info.tile_payload_bytes();
-    const auto payload = check_record_at(reference, record_key(info.id, tile.level, morton_code(tile.x, tile.y)),
-                                         static_cast<std::uint32_t>(raw_bytes), FaultNumber::kTileRecord, place);
-    if (!payload || !options_.decode_tiles || reference.codec == Codec::kRaw) return;
+    const std::size_t raw_bytes = is_constant ? format_info(info.format).block_bytes : info.tile_payload_bytes();
+    const std::uint64_t key = is_shared(reference.kind) ? 0 : record_key(info.id, tile.level, morton_code(tile.x, tile.y));
+    const auto payload = check_record_at(reference, key, static_cast<std::uint32_t>(raw_bytes), FaultNumber::kTileRecord, place);
+    if (!payload || is_constant || !options_.decode_tiles || reference.codec == Codec::kRaw) return;
     decoded_.resize(raw_bytes);
-    if (const auto decoded = decode_payload(reference.codec, *payload, tile_shape(info.format, info.tile_texels()), decoded_); !decoded)
+    const TileShape shape = tile_shape(info.format, info.tile_texels());
+    if (const auto decoded = decode_payload(reference.codec, *payload, shape, decoded_); !decoded)
       add(FaultNumber::kTileDecode, place, "record at offset " + std::to_string(reference.offset) + ": " + decoded.error().message);
   }
 
-  // Over pages that were checked before, because coarser levels come first.
-  [[nodiscard]] Presence find(const CatalogLayer& layer, TileId tile) const {
+  // Coarser levels come first, so their pages have been checked before; in a sample they are checked now.
+  [[nodiscard]] Presence find(LayerCheck& check, TileId tile) {
     const std::uint64_t morton = morton_code(tile.x, tile.y);
-    Reference at = layer.roots[tile.level.value];
+    Reference at = check.layer.roots[tile.level.value];
     for (int height = top_height(tile.level); height >= 0; --height) {
       if (!at.present()) return Presence::kAbsent;
+      if (report_.is_sampled) {
+        static_cast<void>(known_page(check, at, tile.level, height, page_first_morton(morton, height)));
+      }
       if (unsound_pages_.contains(at.offset)) return Presence::kUnknown;
       at = page_entry(bytes_.subspan(at.offset + kRecordHeaderBytes, at.stored_bytes), page_slot(morton, height));
     }
@@ -209,7 +304,9 @@ class StoreCheck {
   std::uint64_t reachable_bytes_ = 0;
   bool is_index_damaged_ = false;
   std::unordered_set<std::uint64_t> unsound_pages_;
-  std::unordered_set<std::uint64_t> constants_;  // offset and size of those already checked
+  std::unordered_set<std::uint64_t> known_pages_;                             // of a sample: those that were checked
+  std::set<std::tuple<Reference, std::size_t, TexelFormat>> checked_shared_;  // and the tile that each was to be
+  std::unordered_set<std::uint64_t> counted_shared_;                          // offsets
   std::vector<std::byte> decoded_;
 };
 

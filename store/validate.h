@@ -23,11 +23,17 @@ struct ValidationReport {
   std::vector<Finding> findings;
   std::uint64_t tiles_checked = 0;
   std::uint64_t bytes_checked = 0;
+  std::uint64_t tiles_in_store = 0;  // as the catalog counts them
+  bool is_sampled = false;           // only some tiles were looked at; counts and garbage were not
   [[nodiscard]] bool ok() const;
 };
 
 struct ValidateOptions {
   bool decode_tiles = true;  // also decompress every tile
+  // Not 0: so many tiles, found by random ways down the index, with every page on the way, their parents, and the top page of every level.
+  // For stores that are too large to read whole. A store with no more tiles than that is checked whole.
+  std::uint64_t sample_tiles = 0;
+  std::uint64_t seed = 1;  // of the sample; the same seed looks at the same tiles
   std::function<void(std::uint64_t done, std::uint64_t total)> progress = nullptr;
 };
 

@@ -137,8 +137,10 @@ void append_errors(NamedCells& row, const Errors& errors) {
 Result<void> run_all(std::vector<Variant>& variants, int runs) {
   for (int run = 0; run <= runs; ++run) {  // the first round is a warm-up
     for (Variant& variant : variants) {
+      if (variant.measured.failed) continue;
       Measured ignored;
-      VT_CHECK(run_and_keep(variant.contender, run == 0 ? ignored : variant.measured));
+      if (const auto ran = run_and_keep(variant.contender, run == 0 ? ignored : variant.measured); !ran)
+        VT_CHECK(accept_failure(variant.contender, ran.error(), variant.measured));
     }
     cli::print_note("vtbench", run == 0 ? "warm-up done" : fmt::format("round {} of {} done", run, runs));
   }
@@ -178,6 +180,7 @@ Result<int> run(const AccuracyFlags& flags) {
   for (const Variant& variant : variants) {
     VT_CHECK(check_interrupt());
     const Contender& contender = variant.contender;
+    if (variant.measured.failed) continue;
     VT_ASSIGN(const std::vector<Codes> levels, contender.is_ours
                                                    ? levels_of_store(contender.result, truth.ideal.size())
                                                    : levels_of_tiff(contender.result, truth.ideal.size(), *gdal, scratch.path()));

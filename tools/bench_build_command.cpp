@@ -68,7 +68,7 @@ Result<int> run(const BenchBuildFlags& flags) {
   std::size_t ours = 0;  // the build that the contenders around belong to
   for (std::size_t i = 0; i < contenders.size(); ++i) {
     if (contenders[i].is_ours) ours = i;
-    report.add(contenders[i], measured[i]);
+    if (!measured[i].failed) report.add(contenders[i], measured[i]);
     const bool job_ends = i + 1 == contenders.size() || contenders[i + 1].is_ours;
     if (!parts || !job_ends) continue;
     VT_ASSIGN(const PartSeconds seconds, parts->measure(contenders[ours].kind, measured[ours].output_bytes));
@@ -78,6 +78,8 @@ Result<int> run(const BenchBuildFlags& flags) {
       fmt::format("{}; {} threads; median of {} runs; input in the page cache", input.text(), flags.threads, flags.runs);
   const std::string remarks = fmt::format(
       "vtbuild's time includes syncing its store to the disk, the other tools' does not: `sync s` is what that takes afterwards.\n"
+      "Parts run one after the other on one thread, each by the code of a build; their sum is without and with the sync of the store's\n"
+      "bytes, of which a build can do some while it computes.\n"
       "vtbuild also hashes its samples and its records; `hashing` says what that takes, the sum of parts is without it.\n"
       "gdaladdo writes overviews only, beside a finest level that is there already and stays as it is.\n"
       "A peer ten times slower than vtbuild runs once.\n"

@@ -81,14 +81,26 @@ Result<void> run_once(const Contender& contender, Measured& measured) {
   return {};
 }
 
+Result<void> accept_failure(const Contender& contender, const Error& error, Measured& measured) {
+  if (contender.is_ours || error.code == ErrorCode::kCancelled) return tl::unexpected(error);
+  cli::print_note("vtbench", contender.name + " is left out: " + error.message);
+  measured = {};
+  measured.failed = true;
+  return {};
+}
+
 Result<std::vector<Measured>> run_in_turn(const std::vector<Contender>& contenders, int runs) {
   std::vector<Measured> measured(contenders.size());
   for (int round = 0; round < runs; ++round) {
     double our_seconds = 0.0;  // contenders of a job follow our own build
     for (std::size_t i = 0; i < contenders.size(); ++i) {
+      if (measured[i].failed) continue;
       const bool is_slow = round > 0 && !contenders[i].is_ours && measured[i].seconds.front() > kSlowPeer * our_seconds;
       if (is_slow) continue;
-      VT_CHECK(run_once(contenders[i], measured[i]));
+      if (const auto ran = run_once(contenders[i], measured[i]); !ran) {
+        VT_CHECK(accept_failure(contenders[i], ran.error(), measured[i]));
+        continue;
+      }
       if (contenders[i].is_ours) our_seconds = measured[i].seconds.front();
       cli::print_note("vtbench", fmt::format("round {} of {}: {}, {}: {:.2f} s", round + 1, runs, contenders[i].job, contenders[i].name,
                                              measured[i].seconds.back()));

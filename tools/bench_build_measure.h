@@ -18,6 +18,7 @@ struct Measured {
   double processor_seconds = 0.0;    // of the last run
   std::uint64_t peak_bytes = 0;      // of all runs
   std::uint64_t output_bytes = 0;
+  bool failed = false;  // a peer that did not run to its end: no figures
 
   [[nodiscard]] Spread spread() const { return spread_of(seconds); }
   [[nodiscard]] double sync_median() const { return spread_of(sync_seconds).median; }
@@ -31,6 +32,10 @@ struct Measured {
 [[nodiscard]] Result<void> run_and_keep(const Contender& contender, Measured& measured);
 // The same, and removes the result.
 [[nodiscard]] Result<void> run_once(const Contender& contender, Measured& measured);
+
+// What a failure of `contender` means for a comparison: ours, and Ctrl-C, end it; a peer is noted on standard error, marked as failed and
+// left out from then on.
+[[nodiscard]] Result<void> accept_failure(const Contender& contender, const Error& error, Measured& measured);
 
 // `runs` rounds in which every contender has its turn, so that a slow minute of the machine falls on all of them. A peer that took more
 // than ten times as long as our build of the same job runs once only. One note a run on standard error.

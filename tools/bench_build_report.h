@@ -26,6 +26,7 @@ class BuildReport {
 
  private:
   void add_part(const char* name, double seconds);
+  void add_sum(const char* kind, const std::string& name, double seconds);
 
   const Input& input_;
   int threads_;

@@ -20,6 +20,7 @@ namespace {
 constexpr double kMib = 1024.0 * 1024.0;
 constexpr std::int64_t kTile = 256;
 constexpr std::int64_t kFileTiles = 2;  // along an edge of a file
+constexpr std::int64_t kFile = kFileTiles * kTile;
 
 struct MosaicFlags {
   std::string input;
@@ -40,7 +41,7 @@ struct Grid {
   std::int64_t columns = 1;
   std::int64_t rows = 1;
   [[nodiscard]] std::int64_t files() const { return columns * rows; }
-  [[nodiscard]] double megapixels() const { return static_cast<double>(files() * kFileTiles * kTile * kFileTiles * kTile) / 1e6; }
+  [[nodiscard]] double megapixels() const { return static_cast<double>(files() * kFile * kFile) / 1e6; }
 };
 
 Grid grid_of(std::int64_t files) {
@@ -51,22 +52,22 @@ Grid grid_of(std::int64_t files) {
 }
 
 // Metre texels somewhere in a UTM zone: files know where they lie.
-Result<TiledTiffSpec> place_of(std::int64_t first_column, std::int64_t first_row, std::int64_t columns, std::int64_t rows) {
-  TiledTiffSpec spec{.columns = columns, .rows = rows};
-  spec.transform = geo::GeoTransform{400000.0 + static_cast<double>(first_column * kTile), 1.0, 0.0,
-                                     5600000.0 - static_cast<double>(first_row * kTile),   0.0, -1.0};
+Result<TiledTiffSpec> place_of(std::int64_t x, std::int64_t y, std::int64_t width, std::int64_t height) {
+  TiledTiffSpec spec{.width = width, .height = height, .tile = kTile};
+  spec.transform = geo::GeoTransform{400000.0 + static_cast<double>(x), 1.0, 0.0, 5600000.0 - static_cast<double>(y), 0.0, -1.0};
   VT_ASSIGN(spec.crs, geo::Crs::from_epsg(32633));
   return spec;
 }
 
-Result<void> write_file(const std::filesystem::path& path, const source::RasterSource& whole, std::int64_t first_column,
-                        std::int64_t first_row, std::vector<std::byte>& tile) {
+// The file whose north-west corner is texel (x, y) of the whole.
+Result<void> write_file(const std::filesystem::path& path, const source::RasterSource& whole, std::int64_t x, std::int64_t y,
+                        std::vector<std::byte>& tile) {
   constexpr std::array kRgb = {0, 1, 2};
-  VT_ASSIGN(const TiledTiffSpec spec, place_of(first_column, first_row, kFileTiles, kFileTiles));
+  VT_ASSIGN(const TiledTiffSpec spec, place_of(x, y, kFile, kFile));
   VT_ASSIGN(TiledTiffWriter writer, TiledTiffWriter::create(path, spec));
-  for (std::int64_t y = 0; y < kFileTiles; ++y)
-    for (std::int64_t x = 0; x < kFileTiles; ++x) {
-      VT_CHECK(whole.read({(first_column + x) * kTile, (first_row + y) * kTile, kTile, kTile}, kRgb, tile, kTile * 3));
+  for (std::int64_t row = 0; row < kFileTiles; ++row)
+    for (std::int64_t column = 0; column < kFileTiles; ++column) {
+      VT_CHECK(whole.read({x + column * kTile, y + row * kTile, kTile, kTile}, kRgb, tile, kTile * 3));
       VT_CHECK(writer.add_tile(tile));
     }
   return writer.finish(std::array<std::uint32_t, kFileTiles * kFileTiles>{0, 1, 2, 3});
@@ -81,7 +82,7 @@ Result<void> cut_into_files(const std::filesystem::path& whole_path, const Grid&
   for (std::int64_t row = 0; row < grid.rows; ++row)
     for (std::int64_t column = 0; column < grid.columns; ++column) {
       VT_CHECK(check_interrupt());
-      VT_CHECK(write_file(folder / fmt::format("r{:05}c{:05}.tif", row, column), *whole, column * kFileTiles, row * kFileTiles, tile));
+      VT_CHECK(write_file(folder / fmt::format("r{:05}c{:05}.tif", row, column), *whole, column * kFile, row * kFile, tile));
     }
   return {};
 }
@@ -98,12 +99,12 @@ Result<int> run(const MosaicFlags& flags) {
   const std::uint64_t smallest_peak = smallest_peak_bytes();
   const Grid grid = grid_of(flags.files);
   // The files, the stored tiles of the one file, the store.
-  VT_CHECK(check_room(scratch.path(), 1.05e6 * grid.megapixels() * (3.0 + 0.67) + static_cast<double>(stored) * kTile * kTile * 3));
+  VT_CHECK(check_room(scratch.path(), 1.05e6 * grid.megapixels() * (3.0 + 0.67) + kPoolBytes));
 
   const auto whole = scratch / "whole.tif";
   const auto folder = scratch / "mosaic";
   cli::print_note("vtbench", fmt::format("writing {} files", grid.files()));
-  VT_ASSIGN(const TiledTiffSpec spec, place_of(0, 0, grid.columns * kFileTiles, grid.rows * kFileTiles));
+  VT_ASSIGN(const TiledTiffSpec spec, place_of(0, 0, grid.columns * kFile, grid.rows * kFile));
   VT_CHECK(write_pool_image(whole, *image, spec));
   VT_CHECK(cut_into_files(whole, grid, folder));
   VT_CHECK(sync_file_system(scratch.path()));
@@ -113,7 +114,7 @@ Result<int> run(const MosaicFlags& flags) {
   std::vector<Contender> contenders = {our_build(the_job(), whole.string(), true, setting),
                                        our_build(the_job(), folder.string(), true, setting)};
   contenders[0].name = "one file";
-  contenders[1].name = fmt::format("{} files of {} x {}", grid.files(), kFileTiles * kTile, kFileTiles * kTile);
+  contenders[1].name = fmt::format("{} files of {} x {}", grid.files(), kFile, kFile);
   VT_ASSIGN(const std::vector<Measured> measured, run_in_turn(contenders, flags.runs));
 
   const Machine machine = this_machine();

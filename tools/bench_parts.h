@@ -27,9 +27,9 @@ struct PartSeconds {
   double encode = 0.0;    // texels of all levels to BC1
   double compress = 0.0;  // prediction included
   double write = 0.0;     // into the page cache
-  double sync = 0.0;      // the disk's own time, which threads do not share
-  double hash = 0.0;      // of what was read and of what is written, to find changes and damage; not counted below
-  [[nodiscard]] double least_seconds(int threads) const { return (read + filter + encode + compress + write) / threads + sync; }
+  double sync = 0.0;  // of those bytes to the disk, afterwards; threads do not share it, and a build can begin it early; not counted below
+  double hash = 0.0;  // of what was read and of what is written, to find changes and damage; not counted below
+  [[nodiscard]] double least_seconds(int threads) const { return (read + filter + encode + compress + write) / threads; }
 };
 
 // Reading, hashing, writing and syncing go over all bytes. The rest is measured on a window of at most 4096 x 4096 texels from the middle

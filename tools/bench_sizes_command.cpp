@@ -18,7 +18,6 @@ namespace vt::bench {
 namespace {
 
 constexpr double kMib = 1024.0 * 1024.0;
-constexpr std::int64_t kTile = 256;
 
 struct SizesFlags {
   std::string input;
@@ -34,9 +33,10 @@ const JobKind& the_job() {
   return job;
 }
 
-// Tiles along an edge of a square of 2^30 texels times `gigapixels`, at least one.
-std::int64_t tiles_along(double gigapixels) {
-  return std::max<std::int64_t>(static_cast<std::int64_t>(std::lround(std::sqrt(gigapixels * std::pow(2.0, 30)) / kTile)), 1);
+// Texels along an edge of a square of 2^30 texels times `gigapixels`, whole tiles of a store and at least one.
+std::int64_t edge_for(double gigapixels) {
+  constexpr std::int64_t kTile = 256;
+  return kTile * std::max<std::int64_t>(static_cast<std::int64_t>(std::lround(std::sqrt(gigapixels * std::pow(2.0, 30)) / kTile)), 1);
 }
 
 struct Size {
@@ -49,10 +49,10 @@ struct Size {
 
 Result<Size> measure(double gigapixels, const source::RasterSource& image, const SizesFlags& flags, const Setting& setting) {
   Size size;
-  size.edge = tiles_along(gigapixels) * kTile;
+  size.edge = edge_for(gigapixels);
   VT_ASSIGN(const std::uint32_t stored, pool_tiles(image.info()));
   // BC1 has half a byte a texel, a pyramid 4/3 of its base; zstd and what the carry takes beside stay below that.
-  const double wanted = static_cast<double>(stored) * kTile * kTile * 3 + 0.5 * 4.0 / 3.0 * size.megapixels() * 1e6 + 64.0 * kMib;
+  const double wanted = kPoolBytes + 0.5 * 4.0 / 3.0 * size.megapixels() * 1e6 + 64.0 * kMib;
   if (const auto room = check_room(setting.scratch, wanted); !room) {
     cli::print_note("vtbench", fmt::format("{} x {} left out: {}", size.edge, size.edge, room.error().message));
     size.note = "left out: not enough room on the disk";
@@ -60,7 +60,8 @@ Result<Size> measure(double gigapixels, const source::RasterSource& image, const
   }
 
   const auto input = setting.scratch / "input.tif";
-  VT_CHECK(write_pool_image(input, image, {.columns = size.edge / kTile, .rows = size.edge / kTile}));
+  const TiledTiffSpec spec{.width = size.edge, .height = size.edge, .tile = kPoolTile};
+  VT_CHECK(write_pool_image(input, image, spec));
   VT_CHECK(sync_file(input));
   const Contender ours = our_build(the_job(), input.string(), false, setting);
   size.measured.emplace();
@@ -69,7 +70,7 @@ Result<Size> measure(double gigapixels, const source::RasterSource& image, const
     cli::print_note("vtbench", fmt::format("{0} x {0}: {1:.2f} s", size.edge, size.measured->seconds.back()));
   }
   std::filesystem::remove(input);
-  size.note = fmt::format("{} tiles in the file, {} named by its table", stored, (size.edge / kTile) * (size.edge / kTile));
+  size.note = fmt::format("{} tiles in the file, {} named by its table", stored, spec.columns() * spec.rows());
   return size;
 }
 
@@ -160,8 +161,9 @@ Result<int> run(const SizesFlags& flags) {
   const std::string subject = fmt::format("{}; {} threads; {} run{} of each size; input in the page cache", job_title(the_job()),
                                           flags.threads, flags.runs, flags.runs == 1 ? "" : "s");
   const std::string remarks = fmt::format(
-      "Inputs are BigTIFFs of uncompressed 256 x 256 tiles. Their tables name {} stored tiles, cut from {}, again and again in a\n"
+      "Inputs are BigTIFFs of uncompressed 240 x 240 tiles. Their tables name {} stored tiles, cut from {}, again and again in a\n"
       "pseudo-random order, so that neighbours differ: every texel is read and filtered, the disk holds only the stored tiles.\n"
+      "A store's tiles are 256 x 256, so they hold pieces of several, and what is stored once there is what the image itself repeats.\n"
       "Seconds include syncing the store. Peaks below {} cannot be told from vtbench's own memory.\n",
       stored, image->info().path.filename().string(), cli::format_bytes(smallest_peak));
   VT_CHECK(flags.results.deliver(subject, table_of(sizes, flags), chart_of(sizes, subject), remarks));

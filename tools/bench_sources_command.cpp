@@ -111,10 +111,11 @@ Result<KindResult> measure(const FileKind& kind, const std::filesystem::path& fi
   VT_CHECK(warm_up(file));
   for (int run = 0; run < flags.runs; ++run) {
     VT_CHECK(run_once(ours, result.ours));
-    if (gdal) {
-      VT_ASSIGN(const ChildRun child, run_checked(decode_alone(*gdal, file, setting)));
-      result.decode_seconds.push_back(child.seconds);
-    }
+    if (!gdal) continue;
+    const auto decoded = run_checked(decode_alone(*gdal, file, setting));
+    if (!decoded && decoded.error().code == ErrorCode::kCancelled) return tl::unexpected(decoded.error());
+    if (decoded) result.decode_seconds.push_back(decoded->seconds);
+    if (!decoded) cli::print_note("vtbench", decoded.error().message);
   }
   cli::print_note("vtbench", fmt::format("{}: {:.2f} s", kind.name, result.ours.spread().median));
   return result;

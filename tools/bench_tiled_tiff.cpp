@@ -90,7 +90,7 @@ std::uint64_t mixed(std::uint64_t value) {  // the finaliser of SplitMix64
 }  // namespace
 
 Result<TiledTiffWriter> TiledTiffWriter::create(const std::filesystem::path& path, const TiledTiffSpec& spec) {
-  assert(spec.columns > 0 && spec.rows > 0 && spec.tile > 0 && spec.tile % 16 == 0);
+  assert(spec.width > 0 && spec.height > 0 && spec.tile > 0 && spec.tile % 16 == 0);
   assert(!spec.transform || spec.transform->is_north_up());
   VT_ASSIGN(store::File file, store::File::open(path, store::File::Mode::kCreate));
   return TiledTiffWriter(std::move(file), spec);
@@ -102,7 +102,7 @@ Result<void> TiledTiffWriter::add_tile(std::span<const std::byte> rgb) {
 }
 
 Result<void> TiledTiffWriter::finish(std::span<const std::uint32_t> table) {
-  assert(table.size() == static_cast<std::size_t>(spec_.columns * spec_.rows));
+  assert(table.size() == static_cast<std::size_t>(spec_.columns() * spec_.rows()));
   std::vector<std::uint64_t> offsets(table.size());
   for (std::size_t i = 0; i < table.size(); ++i) {
     assert(table[i] < stored_);
@@ -112,8 +112,8 @@ Result<void> TiledTiffWriter::finish(std::span<const std::uint32_t> table) {
   const std::array<std::uint16_t, 3> bits = {8, 8, 8};
 
   Directory directory;
-  directory.add_one<std::uint32_t>(256, kLong, static_cast<std::uint32_t>(spec_.columns * spec_.tile));  // width
-  directory.add_one<std::uint32_t>(257, kLong, static_cast<std::uint32_t>(spec_.rows * spec_.tile));     // height
+  directory.add_one<std::uint32_t>(256, kLong, static_cast<std::uint32_t>(spec_.width));   // width
+  directory.add_one<std::uint32_t>(257, kLong, static_cast<std::uint32_t>(spec_.height));  // height
   directory.add<std::uint16_t>(258, kShort, bits);
   directory.add_one<std::uint16_t>(259, kShort, 1);  // uncompressed
   directory.add_one<std::uint16_t>(262, kShort, 2);  // RGB

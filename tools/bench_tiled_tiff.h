@@ -17,11 +17,14 @@
 namespace vt::bench {
 
 struct TiledTiffSpec {
-  std::int64_t columns = 1;  // of tiles
-  std::int64_t rows = 1;
-  std::int64_t tile = 256;                     // texels along an edge, a multiple of 16
+  std::int64_t width = 256;  // texels
+  std::int64_t height = 256;
+  std::int64_t tile = 256;                     // texels along an edge, a multiple of 16; the last ones stick out
   std::optional<geo::GeoTransform> transform;  // north up
   std::optional<geo::Crs> crs;
+
+  [[nodiscard]] std::int64_t columns() const { return (width + tile - 1) / tile; }
+  [[nodiscard]] std::int64_t rows() const { return (height + tile - 1) / tile; }
 };
 
 class TiledTiffWriter {
@@ -30,7 +33,7 @@ class TiledTiffWriter {
 
   // `rgb` is tile * tile * 3 bytes, rows north to south. Stored tiles are counted from 0.
   [[nodiscard]] Result<void> add_tile(std::span<const std::byte> rgb);
-  // `table` has columns * rows entries, row by row from the north-west: which stored tile lies there. Nothing is synced.
+  // `table` has columns() * rows() entries, row by row from the north-west: which stored tile lies there. Nothing is synced.
   [[nodiscard]] Result<void> finish(std::span<const std::uint32_t> table);
 
  private:

@@ -70,7 +70,7 @@ std::function<Result<int>()> add_pack_command(CLI::App& app) {
   command->add_option("-o,--output", flags->output,
                       "the new store (default: a file beside STORE that takes its place when it is whole; needs room for both)");
   command->add_flag("--keep-carry", flags->keep_carry,
-                    "also take along the builder's working state (NAME/carry), which is needed to go on with or update a layer");
+                    "also take along the builder's working state (NAME/carry, NAME/sources), which is needed to update a layer");
   command
       ->add_option("--cold-start", flags->cold_start,
                    "most bytes at the front of the file for what a reader needs first: upper index and coarsest tiles")

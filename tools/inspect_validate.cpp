@@ -13,6 +13,8 @@ Result<int> run_validate(const ValidateCommand& options) {
   progress.update(0);
   store::ValidateOptions validate_options;
   validate_options.decode_tiles = !options.quick;
+  validate_options.sample_tiles = options.sample;
+  validate_options.seed = options.seed;
   validate_options.progress = [&](std::uint64_t done, std::uint64_t total) {
     progress.set_total(total);
     progress.update(done);
@@ -30,6 +32,8 @@ Result<int> run_validate(const ValidateCommand& options) {
         {"path", options.store.string()},
         {"ok", report.ok()},
         {"tiles_decoded", !options.quick},
+        {"sampled", report.is_sampled},
+        {"tiles_in_store", report.tiles_in_store},
         {"tiles_checked", report.tiles_checked},
         {"bytes_checked", report.bytes_checked},
         {"errors", errors},
@@ -50,6 +54,9 @@ Result<int> run_validate(const ValidateCommand& options) {
     cli::print(fmt::format("{}: {}, {} tiles and {} checked, {} errors, {} notes\n", options.store.string(),
                            report.ok() ? "valid" : "NOT valid", report.tiles_checked, cli::format_bytes(report.bytes_checked), errors,
                            warnings));
+    if (report.is_sampled)
+      cli::print(fmt::format("sampled: {} of {} tiles, seed {}; counts and garbage were not checked\n", report.tiles_checked,
+                             report.tiles_in_store, options.seed));
   }
   return report.ok() ? 0 : cli::exit_code(ErrorCode::kInvalidData);
 }

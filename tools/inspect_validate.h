@@ -11,7 +11,9 @@ namespace vt::inspect {
 struct ValidateCommand {
   std::filesystem::path store;
   bool json = false;
-  bool quick = false;  // checksums only, tiles are not unpacked
+  bool quick = false;        // checksums only, tiles are not unpacked
+  std::uint64_t sample = 0;  // not 0: so many tiles only
+  std::uint64_t seed = 1;
   cli::ProgressMode progress = cli::ProgressMode::kAuto;
 };
 

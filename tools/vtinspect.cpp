@@ -44,8 +44,13 @@ void add_validate(CLI::App& app, ValidateCommand& options, Command& command) {
   sub->add_option("STORE", options.store, kStoreHelp)->required();
   sub->add_flag("--json", options.json, "JSON, as schemas/vtinspect-validate.schema.json describes it");
   sub->add_flag("--quick", options.quick, "check sums only; do not unpack the tiles");
+  sub->add_option("--sample", options.sample, "check so many tiles only, found by random ways down the index, with all pages on the way")
+      ->type_name("N");
+  sub->add_option("--seed", options.seed, "of the sample")->type_name("S")->capture_default_str();
   add_progress(*sub, options.progress);
-  cli::add_help_footer(*sub, "  vtinspect validate base.vts\n  vtinspect validate base.vts --quick --progress none");
+  cli::add_help_footer(*sub,
+                       "  vtinspect validate base.vts\n  vtinspect validate base.vts --quick --progress none\n"
+                       "  vtinspect validate planet.vts --sample 100000");
   sub->callback([&] { command = [&] { return run_validate(options); }; });
 }
 

@@ -102,4 +102,12 @@ Result<std::size_t> FileBytes::read_some(std::uint64_t offset, std::span<std::by
   return done;
 }
 
+void FileBytes::expect(std::uint64_t offset, std::uint64_t bytes) const {
+  const Result<int> descriptor = borrow();
+  if (!descriptor) return;  // the read itself will say why
+  const Lease lease(*this);
+  [[maybe_unused]] const int ignored =
+      ::posix_fadvise(*descriptor, static_cast<off_t>(offset), static_cast<off_t>(bytes), POSIX_FADV_WILLNEED);
+}
+
 }  // namespace vt::source

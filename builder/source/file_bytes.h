@@ -29,6 +29,8 @@ class FileBytes {
   // Reads up to out.size() bytes; less at the end of the file. kIo: the operating system refused, or the file is another one than when it
   // was opened.
   [[nodiscard]] Result<std::size_t> read_some(std::uint64_t offset, std::span<std::byte> out) const;
+  // Asks the system to begin reading this part from the disk, so that a later read need not wait. A hint: does not wait, cannot fail.
+  void expect(std::uint64_t offset, std::uint64_t bytes) const;
   // kIo when the file under this path is no longer the one that was opened: for readers that open it by its path.
   [[nodiscard]] Result<void> check_unchanged() const;
 

@@ -14,6 +14,8 @@ namespace vt::source {
 namespace {
 
 constexpr std::int64_t kMostlyWantedBytes = std::int64_t{4} << 20;  // of one read that takes along what lies between wanted samples
+// Blocks larger than this are left to the system's own reading ahead.
+constexpr std::uint64_t kMostExpectedBytes = std::uint64_t{2} << 20;
 // Compressed strips up to this size are left to libtiff, which holds them whole.
 constexpr std::uint64_t kLargestHeldStrip = std::uint64_t{4} << 20;
 constexpr std::int64_t kHashedAtOnce = std::int64_t{1} << 20;
@@ -145,6 +147,13 @@ Result<TiffDecoder::BlockPlace> TiffDecoder::block_place(TiffHandle& handle, std
   return place;
 }
 
+void TiffDecoder::expect_below(TiffHandle& handle, std::int64_t block_x, std::int64_t block_y, int plane) const {
+  if (block_y + 1 >= layout_.blocks_down) return;
+  // If its place is damaged, reading it will tell.
+  const auto place = block_place(handle, block_x, block_y + 1, plane);
+  if (place && !place->is_sparse() && place->bytes <= kMostExpectedBytes) file_->expect(place->offset, place->bytes);
+}
+
 Result<void> TiffDecoder::read_uncompressed(const BlockPlace& place, std::int64_t block_x, std::int64_t row, std::int64_t offset_in_block,
                                             std::span<std::byte> out) const {
   const auto offset = static_cast<std::uint64_t>(offset_in_block);
@@ -165,6 +174,7 @@ Result<void> TiffDecoder::read_direct(const BlockRect& rect, std::span<std::byte
   {
     VT_ASSIGN(auto handle, handles_.borrow());
     VT_ASSIGN(place, block_place(*handle, rect.block_x, rect.block_y, rect.plane));
+    if (rect.row == 0) expect_below(*handle, rect.block_x, rect.block_y, rect.plane);
   }
   if (place.is_sparse()) {
     fill_sparse(out);
@@ -316,6 +326,7 @@ Result<Block> TiffDecoder::stored_cell(std::int64_t cell_x, std::int64_t cell_y,
     fill_sparse(stored);
     return stored;
   }
+  expect_below(*handle, cell_x, block_y, plane);
   if (rows_are_seekable_) {
     VT_CHECK(read_uncompressed(place, cell_x, first, (first - block_y * layout_.block_height) * stored_row_bytes_, stored));
     return stored;

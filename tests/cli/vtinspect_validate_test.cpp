@@ -37,6 +37,20 @@ TEST_F(VtinspectValidate, FindsADamagedTile) {
   }
 }
 
+TEST_F(VtinspectValidate, ASampleSaysThatItIsOne) {
+  write_sample_store(directory_ / "s.vts");
+  const Outcome outcome = run({"validate", "s.vts", "--sample", "3", "--seed", "7", "--progress", "none"});
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_THAT(outcome.out, testing::ContainsRegex("sampled: [123] of 12 tiles, seed 7; "));
+  auto json = run_json("vtinspect-validate", {"validate", "s.vts", "--sample", "3"});
+  EXPECT_EQ(json["sampled"], true);
+  EXPECT_EQ(json["tiles_in_store"], 12);
+  EXPECT_LE(json["tiles_checked"], 3);
+  json = run_json("vtinspect-validate", {"validate", "s.vts", "--sample", "12"});
+  EXPECT_EQ(json["sampled"], false);
+  EXPECT_EQ(json["tiles_checked"], 12);
+}
+
 TEST_F(VtinspectValidate, ProgressGoesToStandardErrorOnly) {
   write_sample_store(directory_ / "s.vts");
   const Outcome plain = run({"validate", "s.vts", "--progress", "plain"});

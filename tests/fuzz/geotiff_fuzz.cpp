@@ -1,5 +1,5 @@
-// libFuzzer: any bytes as a TIFF. Opens it and reads a window of at most 256 x 256 samples; must neither crash nor hang nor take much
-// memory. Good seeds are the small files of a GeoTIFF collection.
+// libFuzzer: any bytes as a TIFF. Opens it, reads and hashes a window of at most 256 x 256 samples; must neither crash nor hang nor take
+// much memory. Good seeds are the small files of a GeoTIFF collection.
 #include <sys/mman.h>
 #include <unistd.h>
 
@@ -28,7 +28,12 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
       for (int band = 0; band < std::min(info.bands, 8); ++band) bands.push_back(band);
       const std::size_t pitch = static_cast<std::size_t>(width) * bands.size() * sample_bytes(info.sample_type);
       std::vector<std::byte> out(pitch * static_cast<std::size_t>(height));
-      static_cast<void>((*source)->read({info.width - width, info.height - height, width, height}, bands, out, pitch));
+      const Window window{info.width - width, info.height - height, width, height};
+      vt::store::ContentHasher while_reading;
+      vt::store::ContentHasher hashed;
+      const bool was_read = (*source)->read(window, bands, out, pitch, &while_reading).has_value();
+      const bool was_hashed = (*source)->hash(window, bands, hashed).has_value();
+      if (was_read && (!was_hashed || while_reading.digest() != hashed.digest())) __builtin_trap();
     }
   }
   ::close(file);

@@ -53,7 +53,9 @@ std::vector<Change> changes_of(std::uint64_t version) {
   return changes;
 }
 Bytes bytes_of(const Change& change, std::uint64_t version) {
-  Bytes bytes = tile_bytes(test_layer(), change.tile, static_cast<int>(version));
+  // Half of the columns repeat a few contents, so that records are shared.
+  const bool is_repeated = change.tile.x % 2 == 0;
+  Bytes bytes = tile_bytes(test_layer(), is_repeated ? TileId{} : change.tile, static_cast<int>(is_repeated ? version / 3 : version));
   if (change.act == Change::Act::kConstant)
     for (std::size_t i = 0; i < bytes.size(); ++i) bytes[i] = static_cast<std::byte>(version + i % 3);
   return bytes;
@@ -337,6 +339,7 @@ TEST(Threads, ManyThreadsPutReadAndAskAtOnce) {
           } else {
             EXPECT_TRUE(writer.put(id, shared, encoded(tile_bytes(layer, shared))));
           }
+          EXPECT_TRUE(writer.put(id, tile_at(6, i % 64, t), encoded(tile_bytes(layer, tile_at(6, i % 4, 0)))));
           EXPECT_TRUE(writer.read(id, shared, out));
           if (i % 50 == 0) {
             EXPECT_TRUE(writer.remove(id, tile_at(5, t, i % 32)));

@@ -95,6 +95,25 @@ Bytes predicted_store() {
   return bytes;
 }
 
+// Three equal tiles and one that is not, raw.
+Contents shared_contents;
+Bytes shared_store() {
+  const TempFolder folder;
+  StoreWriter writer = value_of(StoreWriter::create(folder / "a.vts", {}));
+  const LayerInfo layer = small_layer("color", TexelFormat::kRgb8, 2, 1);
+  const LayerId id = value_of(writer.add_layer(layer));
+  const std::vector<TileId> tiles = {tile_at(0, 0, 0), tile_at(1, 0, 0), tile_at(1, 1, 0), tile_at(1, 1, 1)};
+  for (const TileId tile : tiles) {
+    shared_contents[{"color", tile}] = tile_bytes(layer, {}, tile == tiles[1] ? 1 : 2);
+    succeed(writer.put(id, tile, encoded(shared_contents[{"color", tile}])));
+  }
+  succeed(writer.set_state(id, LayerState::kComplete));
+  succeed(writer.finish());
+  Bytes bytes = read_file(folder / "a.vts");
+  set_uuid(bytes);
+  return bytes;
+}
+
 // Every format, raw, compressed and constant tiles, a carry layer, an index two pages deep, an older generation.
 Contents rich_contents;
 Bytes rich_store() {
@@ -217,6 +236,16 @@ const std::vector<Bad>& bad_stores() {
          s[catalog_payload(s) + 48 + 96] = std::byte{7};
          reseal(s);
        }},
+      {shared_store, "shared-tile-key", 401, true,
+       [](Bytes& s) {
+         s[tile_of(s).offset + 24] = std::byte{1};
+         reseal(s);
+       }},
+      {shared_store, "shared-tile-raw-bytes", 401, true,
+       [](Bytes& s) {
+         s[tile_of(s).offset + 16] ^= std::byte{1};
+         reseal(s);
+       }},
       {predicted_store, "predictor-unknown", 402, true,
        [](Bytes& s) {
          s[tile_of(s).offset + kRecordHeaderBytes + 2] = std::byte{6};
@@ -251,6 +280,14 @@ TEST(Golden, ThePredictedStoreIsWrittenByteForByte) {
   compare_or_rewrite(path, predicted_store());
   EXPECT_EQ(read_all(value_of(StoreReader::open(path))), predicted_contents);
   EXPECT_TRUE(value_of(validate(path)).ok());
+}
+
+TEST(Golden, TheSharedStoreIsWrittenByteForByte) {
+  const auto path = kSource / "tests/golden/shared.vts";
+  compare_or_rewrite(path, shared_store());
+  EXPECT_EQ(read_all(value_of(StoreReader::open(path))), shared_contents);
+  EXPECT_TRUE(value_of(validate(path)).ok());
+  EXPECT_EQ(tile_of(read_file(path)).kind, ReferenceKind::kSharedTile);
 }
 
 TEST(Golden, TheRichStoreReadsBackWhateverThisWriterWouldMake) {

@@ -43,6 +43,10 @@ Victim make_victim() {
       contents[{"color", tile}] = tile_bytes(color, tile, version);
       succeed(writer.put(color_id, tile, encoded(contents[{"color", tile}])));
     }
+    for (const TileId tile : {tile_at(2, 2, 1), tile_at(2, 3, 0)}) {  // equal to another
+      contents[{"color", tile}] = contents[{"color", tile_at(2, 3, 1)}];
+      succeed(writer.put(color_id, tile, encoded(contents[{"color", tile}])));
+    }
     for (int level = 0; level <= 6; ++level) {
       const TileId tile = tile_at(level, version == 0 ? 0 : (1U << level) - 1, 0);
       if (level == 6) {

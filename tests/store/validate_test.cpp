@@ -3,6 +3,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <set>
+
 #include "store/layout.h"
 #include "store/store_writer.h"
 #include "tests/store/reseal.h"
@@ -51,6 +53,65 @@ TEST_F(ValidateTest, FindsNothingInAWholeStore) {
   const auto report = value_of(validate(path));
   EXPECT_TRUE(report.ok());
   EXPECT_EQ(report.tiles_checked, 3U);
+}
+
+TEST_F(ValidateTest, ASampleChecksSomeTilesAndTheSameOnesForTheSameSeed) {
+  layer = small_layer("color", TexelFormat::kRgb8, 2, 7);
+  std::vector<TileId> tiles;
+  for (int level = 0; level <= 7; ++level)
+    for (std::uint32_t y = 0; y < 1U << level; ++y)
+      for (std::uint32_t x = 0; x < 1U << level; ++x) tiles.push_back(tile_at(level, x, y));
+  build(tiles);
+  const auto report = value_of(validate(path, {.sample_tiles = 500}));
+  EXPECT_TRUE(report.ok());
+  EXPECT_TRUE(report.is_sampled);
+  EXPECT_THAT(report.findings, IsEmpty()) << "garbage is not looked for";
+  EXPECT_EQ(report.tiles_in_store, tiles.size());
+  EXPECT_LE(report.tiles_checked, 500U);
+  EXPECT_GT(report.tiles_checked, 450U) << "few of them twice";
+  EXPECT_LT(report.bytes_checked, std::filesystem::file_size(path) / 4);
+  EXPECT_EQ(value_of(validate(path, {.sample_tiles = 500})).bytes_checked, report.bytes_checked);
+
+  const auto whole = value_of(validate(path, {.sample_tiles = tiles.size()}));
+  EXPECT_FALSE(whole.is_sampled);
+  EXPECT_EQ(whole.tiles_checked, tiles.size());
+}
+
+TEST_F(ValidateTest, ASampleFindsWhatItMeets) {
+  layer = small_layer("color", TexelFormat::kRgb8, 2, 6);
+  std::vector<TileId> tiles;
+  for (int level = 0; level <= 6; ++level)
+    for (std::uint32_t y = 0; y < 1U << level; ++y)
+      for (std::uint32_t x = 0; x < 1U << level; ++x)
+        if (level != 5 || x % 2 == 0) tiles.push_back(tile_at(level, x, y));
+  build(tiles);
+  // Half of level 6 has no parent.
+  std::size_t orphans = 0;
+  for (const Finding& finding : value_of(validate(path, {.sample_tiles = 200})).findings) orphans += finding.number == 404 ? 1 : 0;
+  EXPECT_GT(orphans, 20U);
+  EXPECT_LT(orphans, 150U);
+
+  // A leaf of level 6 that is damaged is one finding, however often the sample comes by; so is every tile that is.
+  Bytes bytes = read_file(path);
+  for (std::uint64_t at = kLogStart; at + kRecordHeaderBytes <= bytes.size(); at += kRecordAlignment) {
+    if (get<std::uint32_t>(bytes, at + 8) != 0x43525456) continue;
+    const bool is_tile = get<std::uint8_t>(bytes, at + 12) == static_cast<std::uint8_t>(RecordType::kTile);
+    const std::uint64_t key = get<std::uint64_t>(bytes, at + 24);
+    const bool is_leaf = get<std::uint8_t>(bytes, at + 12) == static_cast<std::uint8_t>(RecordType::kPage) &&
+                         key == record_key(LayerId{0}, Level{6}, 1024) && get<std::uint8_t>(bytes, at + kRecordHeaderBytes + 2) == 0;
+    if (is_leaf || (is_tile && key >> 46 == 5)) bytes[at + kRecordHeaderBytes + 20] ^= std::byte{1};
+  }
+  write_file(path, bytes);
+  std::size_t pages = 0;
+  std::set<std::string> damaged_tiles;
+  for (const Finding& finding : value_of(validate(path, {.sample_tiles = 1000})).findings) {
+    pages += finding.number == 302 ? 1 : 0;
+    if (finding.number != 401) continue;
+    EXPECT_THAT(finding.place, HasSubstr("level 5"));
+    EXPECT_TRUE(damaged_tiles.insert(finding.place).second);
+  }
+  EXPECT_EQ(pages, 1U);
+  EXPECT_GT(damaged_tiles.size(), 20U);
 }
 
 TEST_F(ValidateTest, AMissingFileIsAnErrorNotAFinding) { EXPECT_EQ(validate(path).error().code, ErrorCode::kIo); }

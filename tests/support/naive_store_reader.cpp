@@ -71,6 +71,7 @@ constexpr unsigned kTile = 1;
 constexpr unsigned kConstant = 2;
 constexpr unsigned kPage = 3;
 constexpr unsigned kCatalog = 4;
+constexpr unsigned kSharedTile = 5;
 
 constexpr unsigned kRaw = 0;
 constexpr unsigned kZstd = 1;
@@ -88,8 +89,9 @@ NaiveReference read_reference(Bytes bytes, std::uint64_t at, std::uint64_t file_
     require_zero(bytes, at, 16, "an absent reference is 16 zero bytes");
     return reference;
   }
-  require(reference.kind <= kCatalog, "the reference's kind is known");
-  require(reference.codec == kRaw || ((reference.codec == kZstd || reference.codec == kPredicted) && reference.kind == kTile),
+  require(reference.kind <= kSharedTile, "the reference's kind is known");
+  require(reference.codec == kRaw ||
+              ((reference.codec == kZstd || reference.codec == kPredicted) && (reference.kind == kTile || reference.kind == kSharedTile)),
           "the reference's codec is raw, or zstd or predicted for a tile");
   require(reference.offset % 64 == 0 && reference.offset >= kLogBegin, "the reference's offset is a multiple of 64 in the log");
   require(reference.offset + align64(32 + std::uint64_t{reference.stored_bytes}) <= file_end, "the referenced record ends before file_end");
@@ -373,7 +375,8 @@ NaiveReference read_page(Bytes payload, unsigned level, unsigned height, std::ui
     require(s < slots, "a page's entry lies inside the level");
     const NaiveReference entry = read_reference(payload, 176 + 16 * std::uint64_t{present_before}, file_end);
     if (height == 0) {
-      require(entry.kind == kTile || entry.kind == kConstant, "a leaf's entry is a tile or a constant");
+      require(entry.kind == kTile || entry.kind == kSharedTile || entry.kind == kConstant,
+              "a leaf's entry is a tile, shared or not, or a constant");
     } else {
       require(entry.kind == kPage, "an inner page's entry is a page");
     }
@@ -484,7 +487,8 @@ std::optional<NaiveBytes> NaiveStoreReader::tile(unsigned layer_id, unsigned lev
   if (reference.kind == kConstant) {
     return repeat_block(read_record(file_, reference, 0, format_of(layer->format).block_bytes), tile_bytes);
   }
-  const Bytes payload = read_record(file_, reference, key_of(layer->id, level, morton), tile_bytes);
+  const std::uint64_t key = reference.kind == kSharedTile ? 0 : key_of(layer->id, level, morton);
+  const Bytes payload = read_record(file_, reference, key, tile_bytes);
   if (reference.codec == kZstd) return decode_zstd(payload, tile_bytes);
   if (reference.codec == kPredicted) return decode_predicted(payload, *layer);
   return NaiveBytes(payload.begin(), payload.end());

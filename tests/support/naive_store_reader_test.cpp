@@ -352,7 +352,7 @@ TEST(NaiveStoreReader, AgreesThatNothingLiesOutsideALevel) {
 
 TEST(NaiveStoreReader, ReadsTheGoodGoldens) {
   const std::filesystem::path goldens = std::filesystem::path(VT_SOURCE_DIR) / "tests/golden";
-  for (const char* name : {"smallest.vts", "rich.vts", "predicted.vts", "version-1-smallest.vts", "version-1-rich.vts"}) {
+  for (const char* name : {"smallest.vts", "rich.vts", "predicted.vts", "shared.vts", "version-1-smallest.vts", "version-1-rich.vts"}) {
     std::set<TileId> named;
     for (int level = 0; level <= 6; ++level) named.insert(tile_at(level, (1U << level) - 1, 0));
     EXPECT_EQ(expect_agreement(goldens / name, named), tiles_in(goldens / name)) << name;

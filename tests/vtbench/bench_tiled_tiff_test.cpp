@@ -38,8 +38,8 @@ void expect_reads_back(const std::filesystem::path& path, const TiledTiffSpec& s
   const auto raster = source::open_raster(path);
   ASSERT_TRUE(raster.has_value()) << raster.error().message;
   const source::RasterInfo& info = (*raster)->info();
-  ASSERT_EQ(info.width, spec.columns * kTile);
-  ASSERT_EQ(info.height, spec.rows * kTile);
+  ASSERT_EQ(info.width, spec.width);
+  ASSERT_EQ(info.height, spec.height);
   ASSERT_EQ(info.bands, 3);
   EXPECT_TRUE(info.tiled);
   EXPECT_EQ(info.compression, "none");
@@ -48,7 +48,7 @@ void expect_reads_back(const std::filesystem::path& path, const TiledTiffSpec& s
   ASSERT_TRUE(read.has_value()) << read.error().message;
   for (std::int64_t y = 0; y < info.height; ++y)
     for (std::int64_t x = 0; x < info.width; ++x) {
-      const auto wanted = texel(table[static_cast<std::size_t>(y / kTile * spec.columns + x / kTile)], x % kTile, y % kTile);
+      const auto wanted = texel(table[static_cast<std::size_t>(y / kTile * spec.columns() + x / kTile)], x % kTile, y % kTile);
       const auto* found = rgb.data() + (y * info.width + x) * 3;
       ASSERT_TRUE(std::equal(wanted.begin(), wanted.end(), found)) << x << ", " << y;
     }
@@ -56,19 +56,37 @@ void expect_reads_back(const std::filesystem::path& path, const TiledTiffSpec& s
 
 TEST(TiledTiff, OurReaderFindsEveryTileWhereTheTableSaysHoweverOftenItIsNamed) {
   const test::TempFolder folder;
-  const TiledTiffSpec spec{.columns = 19, .rows = 7, .tile = kTile};
-  const auto table = scattered_tiles(spec.columns, spec.rows, 5);
+  const TiledTiffSpec spec{.width = 19 * kTile, .height = 7 * kTile, .tile = kTile};
+  const auto table = scattered_tiles(spec.columns(), spec.rows(), 5);
   write(folder / "many.tif", spec, 5, table);
   expect_reads_back(folder / "many.tif", spec, table);
   // Five tiles are stored, 133 are there.
   EXPECT_LT(std::filesystem::file_size(folder / "many.tif"), 4096U + 5U * kTile * kTile * 3U + 4096U);
 }
 
+// As many tiles as 16 gigapixels have at 256 texels a tile.
+TEST(TiledTiff, ATableOfAQuarterMillionTilesIsReadAtItsFarEnd) {
+  const test::TempFolder folder;
+  const TiledTiffSpec spec{.width = 512 * kTile, .height = 512 * kTile, .tile = kTile};
+  const auto table = scattered_tiles(spec.columns(), spec.rows(), 4);
+  write(folder / "wide.tif", spec, 4, table);
+  const auto raster = source::open_raster(folder / "wide.tif");
+  ASSERT_TRUE(raster.has_value()) << raster.error().message;
+  for (const std::size_t tile : {std::size_t{0}, std::size_t{511}, table.size() - 1}) {
+    std::vector<std::byte> rgb(static_cast<std::size_t>(kTile * kTile * 3));
+    const auto column = static_cast<std::int64_t>(tile % 512);
+    const auto row = static_cast<std::int64_t>(tile / 512);
+    ASSERT_TRUE((*raster)->read({column * kTile, row * kTile, kTile, kTile}, std::array{0, 1, 2}, rgb, kTile * 3).has_value());
+    const auto wanted = texel(table[tile], 0, 0);
+    EXPECT_TRUE(std::equal(wanted.begin(), wanted.end(), rgb.begin())) << tile;
+  }
+}
+
 // Values of at most eight bytes lie in the directory itself.
 TEST(TiledTiff, OneTileAndTwoTilesReadBack) {
   const test::TempFolder folder;
   for (const std::int64_t columns : {1, 2}) {
-    const TiledTiffSpec spec{.columns = columns, .rows = 1, .tile = kTile};
+    const TiledTiffSpec spec{.width = columns * kTile, .height = 1 * kTile, .tile = kTile};
     const std::vector<std::uint32_t> table(static_cast<std::size_t>(columns), 0U);
     const auto path = folder / std::to_string(columns);
     write(path, spec, 1, table);
@@ -76,9 +94,19 @@ TEST(TiledTiff, OneTileAndTwoTilesReadBack) {
   }
 }
 
+TEST(TiledTiff, TilesThatStickOutAreCutOff) {
+  const test::TempFolder folder;
+  const TiledTiffSpec spec{.width = 2 * kTile + 5, .height = kTile + 1, .tile = kTile};
+  EXPECT_EQ(spec.columns(), 3);
+  EXPECT_EQ(spec.rows(), 2);
+  const auto table = scattered_tiles(spec.columns(), spec.rows(), 3);
+  write(folder / "odd.tif", spec, 3, table);
+  expect_reads_back(folder / "odd.tif", spec, table);
+}
+
 TEST(TiledTiff, SaysWhereItLies) {
   const test::TempFolder folder;
-  TiledTiffSpec spec{.columns = 2, .rows = 1, .tile = kTile};
+  TiledTiffSpec spec{.width = 2 * kTile, .height = 1 * kTile, .tile = kTile};
   spec.transform = geo::GeoTransform{400000.0, 0.5, 0.0, 5600000.0, 0.0, -2.0};
   spec.crs = geo::Crs::from_epsg(32633).value();
   const std::array<std::uint32_t, 2> table = {1, 0};
