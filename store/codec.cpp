@@ -124,10 +124,9 @@ Result<Prediction> parse_prediction(std::span<const std::byte> bytes, const Tile
   return prediction;
 }
 
-// Whether repetitions are worth looking for, since eight residuals in a row are often zero: maps, graphics, photographs that were enlarged.
-// The top bytes of floats are nearly always zero, and tell nothing. A quarter parts the former from aerial photographs of open sea, which
-// the search makes larger.
-bool is_flat(std::span<const std::byte> residuals, const TileShape& shape) {
+// How often eight residuals in a row are zero, as in maps, graphics and photographs that were enlarged: then repetitions are worth looking
+// for. (The top bytes of floats are nearly always zero, and tell nothing.)
+double flat_share(std::span<const std::byte> residuals, const TileShape& shape) {
   const std::size_t plane_bytes = shape.plane_bytes();
   std::size_t zero_words = 0;
   std::size_t words = 0;
@@ -139,7 +138,7 @@ bool is_flat(std::span<const std::byte> residuals, const TileShape& shape) {
       zero_words += word == 0 ? 1 : 0;
     }
   }
-  return 4 * zero_words >= words;
+  return words == 0 ? 0.0 : static_cast<double>(zero_words) / static_cast<double>(words);
 }
 
 // At most a quarter of all byte values, on a sample: the colours of a map, the numbers of classes.
@@ -151,7 +150,7 @@ bool has_few_values(std::span<const std::byte> raw) {
   return found.count() <= 64;
 }
 
-// Tries what the level is worth and keeps the smallest. A photograph at level 1 is tried only once.
+// Tries what the level is worth and keeps the smallest. A photograph at level 1 is tried only once, at levels 2 to 8 twice.
 class ZstdEncoder {
  public:
   // The payload is left in `scratch`, unless it is kRaw's.
@@ -166,8 +165,8 @@ class ZstdEncoder {
     if (shape.is_predictable() && shape.raw_bytes() == raw_.size() && !raw_.empty()) {
       VT_CHECK(try_predicted(shape));
       // Maps and graphics, whose patterns prediction tears apart, and what it gains nothing on.
-      const bool may_be_better_plain = (is_flat_ && (best_.size < raw_.size() / 8 || has_few_values(raw_))) || is_too_large(best_.size);
-      if (level_ == 1 && !may_be_better_plain) return best();
+      const bool is_likely_pattern = is_flat_ && (level_ > 1 || best_.size < raw_.size() / 8 || has_few_values(raw_));
+      if (!is_likely_pattern && !is_thorough() && !is_too_large(best_.size)) return best();
     }
     VT_CHECK(try_plain());
     if (is_too_large(best_.size)) return PayloadView(Codec::kRaw, static_cast<std::uint32_t>(raw_.size()), raw_);
@@ -175,6 +174,8 @@ class ZstdEncoder {
   }
 
  private:
+  // From here on zstd finds what little repeats in photographs, too; below it would cost ten times the time for nothing.
+  [[nodiscard]] bool is_thorough() const { return level_ >= 9; }
   [[nodiscard]] PayloadView best() const {
     return {codec_, static_cast<std::uint32_t>(raw_.size()), std::span(best_.buffer).first(best_.size)};
   }
@@ -187,7 +188,10 @@ class ZstdEncoder {
     const auto residuals = std::span(planes).first(raw_.size());
     const Prediction prediction = choose_prediction(raw_, shape);
     split_into_residuals(raw_, shape, prediction, residuals);
-    is_flat_ = is_flat(residuals, shape);
+    // A quarter parts flat tiles from aerial photographs of open sea, which the search makes larger. A higher level has the time to see.
+    const double share = flat_share(residuals, shape);
+    is_flat_ = share >= 0.25;
+    const bool may_repeat = share >= 0.0625;
     const auto try_search = [&](Search search, std::size_t pieces) -> Result<void> {
       trial().clear();
       append_prediction(prediction, shape, trial());
@@ -200,6 +204,7 @@ class ZstdEncoder {
     if (level_ == 1) return {};
     // Where one half of a tile is sea and the other city.
     if (shape.plane_bytes() % 4 == 0) VT_CHECK(try_search(steps, 4 * shape.planes()));
+    if (!may_repeat && !is_thorough()) return {};
     return try_search(kByLevel, shape.planes());
   }
   [[nodiscard]] Result<void> try_plain() {

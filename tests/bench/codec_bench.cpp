@@ -39,7 +39,8 @@ Result<Tiles> read_tiles(const std::filesystem::path& path) {
     return fail(ErrorCode::kUnsupported, path.string() + ": neither three bands of bytes nor floats");
   const std::int64_t columns = info.width / kEdge;
   const std::int64_t count = columns * (info.height / kEdge);
-  const std::int64_t step = std::max<std::int64_t>(1, count / static_cast<std::int64_t>(kMaxTiles));
+  // Odd, so as not to go down one column of a raster whose width is a power of two.
+  const std::int64_t step = (count / static_cast<std::int64_t>(kMaxTiles)) | 1;
   const std::size_t texel_bytes = format_info(tiles.format).block_bytes;
   for (std::int64_t i = 0; i < count; i += step) {
     std::vector<std::byte> tile(texel_bytes * kEdge * kEdge);
