@@ -8,7 +8,7 @@
 #include "builder/pipeline/build_memory.h"
 #include "builder/pipeline/dataset_store.h"
 #include "builder/pipeline/parallel.h"
-#include "builder/pipeline/plan_cost.h"
+#include "tools/build_plan.h"
 #include "tools/build_report.h"
 
 namespace vt::tools {
@@ -29,8 +29,10 @@ void BuildFlags::add_to(CLI::App& command) {
   command.add_flag("--update", update,
                    "compare layers that are there with their sources (all of them are read) and build again what changed");
   command.add_flag("--stats", stats, "say where the time went");
-  command.add_flag("--json", json, "print what was done as JSON");
-  command.add_flag("--dry-run", dry_run, "print levels, tiles, bytes and memory; build nothing");
+  command.add_flag("--json", json, "print what was done (or, with --dry-run, what would be) as JSON");
+  command.add_flag("--dry-run", dry_run, "print levels, tiles, bytes, memory and time; build nothing");
+  command.add_option("--rate", megatexels_per_second, "million texels a second that --dry-run reckons with (default: 10 a thread)")
+      ->check(CLI::Range(1e-3, 1e6));
 }
 
 Result<std::size_t> parse_bytes(const std::string& text) {
@@ -57,34 +59,10 @@ Result<cli::ProgressMode> BuildFlags::progress_mode() const {
 }
 
 pipeline::PlanOptions BuildFlags::plan_options(std::size_t memory_bytes, const std::filesystem::path& store) const {
-  return {.source_cache_bytes = std::clamp<std::size_t>(memory_bytes / 8, 4 << 20, std::size_t{128} << 20),
+  return {.may_lack_sources = dry_run,
+          .source_cache_bytes = std::clamp<std::size_t>(memory_bytes / 8, 4 << 20, std::size_t{128} << 20),
           .threads = threads,
           .scratch_folder = store.has_parent_path() ? store.parent_path() : "."};
-}
-
-void print_plan(const pipeline::LayerPlan& plan, int threads, std::size_t memory_bytes, int block_levels) {
-  const LayerInfo& info = plan.info;
-  const pipeline::PlanCost cost = pipeline::plan_cost(info);
-  cli::print(layer_line(plan) + "\n");
-  cli::print(fmt::format("  crs          {}\n", plan.crs.text()));
-  const Area area = plan.extent();
-  cli::print(fmt::format("  extent       west {} south {} east {} north {}\n", cli::format_exact(area.west), cli::format_exact(area.south),
-                         cli::format_exact(area.east), cli::format_exact(area.north)));
-  cli::print(fmt::format("  texel size   {} x {} CRS units\n", cli::format_exact(info.grid.step_x), cli::format_exact(info.grid.step_y)));
-  for (int level = info.finest.value; level >= 0; --level) {
-    const Level l{static_cast<std::uint8_t>(level)};
-    const TexelRect data = info.data_rect(l);
-    const TexelRect tiles = info.tile_rect(l);
-    cli::print(fmt::format("  level {:>2}     {} x {} texels, {} x {} tiles\n", level, data.width, data.height, tiles.width, tiles.height));
-  }
-  cli::print(fmt::format("  in all       {} texels, {} tiles, {} before compression and without savings for constant tiles\n",
-                         cli::format_quantity(static_cast<double>(cost.texels)), cost.tiles, cli::format_bytes(cost.raw_bytes)));
-  std::int64_t blocks = 0;
-  for (const pipeline::Tier& tier : pipeline::plan_tiers(info, block_levels)) blocks += tier.blocks();
-  cli::print(fmt::format("  work         {} blocks of {} x {} texels on {} threads, about {} of {} memory\n", blocks,
-                         info.tile_texels() << block_levels, info.tile_texels() << block_levels, threads,
-                         cli::format_bytes(pipeline::build_memory(plan, block_levels, threads).total(threads)),
-                         cli::format_bytes(memory_bytes)));
 }
 
 namespace {
@@ -128,12 +106,21 @@ Result<int> build_layers(const std::filesystem::path& path, std::vector<pipeline
   for (const pipeline::LayerPlan& plan : plans) {
     int levels = flags.block_levels;
     if (levels == 0) {
-      VT_ASSIGN(levels, pipeline::choose_block_levels(plan, threads, memory));
+      const auto chosen = pipeline::choose_block_levels(plan, threads, memory);
+      // A plan is there to show what is needed; a build that does not fit is refused.
+      if (!chosen && !flags.dry_run) return tl::unexpected(chosen.error());
+      levels = chosen ? *chosen : pipeline::cheapest_block_levels(plan, threads);
     }
     block_levels.push_back(levels);
   }
+  const PlanContext context{.threads = threads, .memory_bytes = memory, .megatexels_per_second = flags.megatexels_per_second};
+  for (const std::string& doubt : plan_doubts(plans, block_levels, context)) cli::print_note("vtbuild", doubt);
   if (flags.dry_run) {
-    for (std::size_t i = 0; i < plans.size(); ++i) print_plan(plans[i], threads, memory, block_levels[i]);
+    if (flags.json) {
+      cli::print_json(plan_json(path, plans, block_levels, context));
+    } else {
+      for (std::size_t i = 0; i < plans.size(); ++i) print_plan(plans[i], block_levels[i], context);
+    }
     return 0;
   }
 

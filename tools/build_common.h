@@ -26,7 +26,8 @@ struct BuildFlags {
   bool stats = false;
   bool json = false;
   bool dry_run = false;
-  nlohmann::ordered_json recipe;  // see build_recipe.h; kept with the layers
+  double megatexels_per_second = 0.0;  // for --dry-run; 0: not given
+  nlohmann::ordered_json recipe;       // see build_recipe.h; kept with the layers
   // With --json: layers are added to this document instead of being printed as one of their own.
   std::shared_ptr<nlohmann::ordered_json> report;
 
@@ -40,8 +41,6 @@ struct BuildFlags {
 
 // "512M", "2G", "800000000".
 [[nodiscard]] Result<std::size_t> parse_bytes(const std::string& text);
-
-void print_plan(const pipeline::LayerPlan& plan, int threads, std::size_t memory_bytes, int block_levels);
 
 // Builds the layers in order into the store at `path`, made for `area` in the plans' CRS when it does not exist.
 // A plan's sources are closed when its layer is built.

@@ -29,8 +29,20 @@ struct LayerFlags {
   std::string bands;
   std::string range;
   std::string nodata;
+  std::string area;
+  std::string resample = "bilinear";
   BuildFlags build;
 };
+
+// nullopt when the option is not given.
+Result<std::optional<Area>> area_from(const std::string& text, const std::string& option) {
+  if (text.empty()) return std::optional<Area>{};
+  std::array<double, 4> e{};
+  VT_CHECK(cli::parse_numbers(text, option, "WEST,SOUTH,EAST,NORTH, four numbers", e));
+  if (!(e[0] < e[2]) || !(e[1] < e[3]))
+    return fail(ErrorCode::kUsage, option + " is WEST,SOUTH,EAST,NORTH with west < east and south < north, found " + text);
+  return std::optional(Area{e[0], e[1], e[2], e[3]});
+}
 
 Result<pipeline::LayerRequest> request_from(const LayerFlags& flags, const std::optional<pipeline::DatasetFrame>& frame) {
   pipeline::LayerRequest request;
@@ -60,14 +72,11 @@ Result<pipeline::LayerRequest> request_from(const LayerFlags& flags, const std::
     if (range[0] == range[1]) return fail(ErrorCode::kUsage, "--range needs two different values");
     request.range = range;
   }
-  std::optional<Area> extent;
-  if (!flags.extent.empty()) {
-    std::array<double, 4> e{};
-    VT_CHECK(cli::parse_numbers(flags.extent, "--extent", "WEST,SOUTH,EAST,NORTH, four numbers", e));
-    if (!(e[0] < e[2]) || !(e[1] < e[3]))
-      return fail(ErrorCode::kUsage, "--extent is WEST,SOUTH,EAST,NORTH with west < east and south < north, found " + flags.extent);
-    extent = Area{e[0], e[1], e[2], e[3]};
-  }
+  VT_ASSIGN(const std::optional<Area> extent, area_from(flags.extent, "--extent"));
+  VT_ASSIGN(request.area, area_from(flags.area, "--area"));
+  const auto method = resample::method_from_name(flags.resample);
+  if (!method) return fail(ErrorCode::kUsage, "--resample is nearest or bilinear, not '" + flags.resample + "'");
+  request.resample = *method;
   std::vector<int> bands;
   if (!flags.bands.empty()) {
     const auto count = static_cast<std::size_t>(std::count(flags.bands.begin(), flags.bands.end(), ',') + 1);
@@ -145,6 +154,14 @@ std::function<Result<int>()> add_layer_command(CLI::App& app, std::shared_ptr<nl
                       "coordinate reference system of the dataset, for example EPSG:32633, or pixel (default: the first input's)");
   command->add_option("--source-crs", flags->source_crs, "what the inputs are in, whatever the files say");
   command->add_option("--extent", flags->extent, "WEST,SOUTH,EAST,NORTH: outer edges of inputs that do not carry them");
+  command->add_option("--area", flags->area,
+                      "WEST,SOUTH,EAST,NORTH of the layer in units of its system, widened to whole texels (default: all that the inputs "
+                      "cover); inputs may come later, with --update");
+  command
+      ->add_option("--resample", flags->resample,
+                   "for inputs on another grid: bilinear, or nearest, which keeps samples as they are and moves a grid that is off by part "
+                   "of a texel")
+      ->capture_default_str();
   command->add_option("--bands", flags->bands, "bands to use, counted from 1, for example 3,2,1");
   command->add_option("--range", flags->range,
                       "LOW,HIGH: sample values that are black and white (default: all of an 8 or 16 bit unsigned type; others need it)");

@@ -8,8 +8,8 @@ namespace vt::tools {
 namespace {
 
 constexpr std::string_view kStoreOption = "--output";
-constexpr std::array<std::string_view, 10> kWithoutEffect = {"--threads", "--memory", "--progress", "--checkpoint", "--block",
-                                                             "--stats",   "--json",   "--update",   "--dry-run",    "--help"};
+constexpr std::array<std::string_view, 11> kWithoutEffect = {"--threads", "--memory", "--progress", "--checkpoint", "--block", "--stats",
+                                                             "--json",    "--update", "--dry-run",  "--help",       "--rate"};
 
 bool is_left_out(const std::string& name) {
   return name == kStoreOption || std::ranges::find(kWithoutEffect, name) != kWithoutEffect.end();

@@ -105,8 +105,16 @@ std::size_t store_bytes(const LayerPlan& plan, int levels) {
     const TexelRect rect = plan.info.tile_rect(Level{static_cast<std::uint8_t>(level)});
     tiles += static_cast<std::uint64_t>(rect.width) * static_cast<std::uint64_t>(rect.height);
   }
+  const std::vector<Tier> tiers = plan_tiers(plan.info, levels);
   std::uint64_t blocks = 0;
-  for (const Tier& tier : plan_tiers(plan.info, levels)) blocks += static_cast<std::uint64_t>(tier.blocks());
+  for (const Tier& tier : tiers) blocks += static_cast<std::uint64_t>(tier.blocks());
+  // Of a few islands in a wide sea only the blocks under them are ever listed; coarser tiers have fewer.
+  if (plan.sampler) {
+    const Tier& base = tiers.front();
+    constexpr std::uint64_t kCoarser = 2;  // times as many blocks, all tiers together
+    const std::uint64_t touched = plan.sampler->most_squares_touched(base.block_texels, base.block_texels);  // no apron is wider
+    blocks = std::min(blocks, kCoarser * touched + tiers.size());
+  }
   // Pages hold 1024 tiles and are cut by the data's edges; the layer, its carry and its marks have pages of their own.
   const std::uint64_t pages = tiles / 512 + blocks / 256 + 4 * static_cast<std::uint64_t>(plan.info.finest.value + 1);
   const auto index = static_cast<std::size_t>(std::min<std::uint64_t>(kMostIndexBytes, pages * kIndexPageBytes));
@@ -127,16 +135,24 @@ BuildMemory build_memory(const LayerPlan& plan, int levels, int threads) {
   return memory;
 }
 
+namespace {
+
+int widest_levels(const LayerPlan& plan) { return std::max(1, 12 - int{plan.info.tile_exponent}); }
+
+}  // namespace
+
+int cheapest_block_levels(const LayerPlan& plan, int threads) {
+  int best = 1;
+  for (int levels = 2; levels <= widest_levels(plan); ++levels)
+    if (build_memory(plan, levels, threads).total(threads) <= build_memory(plan, best, threads).total(threads)) best = levels;
+  return best;
+}
+
 Result<int> choose_block_levels(const LayerPlan& plan, int threads, std::size_t memory_bytes) {
-  const int widest = std::max(1, 12 - int{plan.info.tile_exponent});
-  for (int levels = widest; levels >= 1; --levels)
+  for (int levels = widest_levels(plan); levels >= 1; --levels)
     if (build_memory(plan, levels, threads).total(threads) <= memory_bytes) return levels;
 
-  const auto least = [&](int workers) {
-    std::size_t bytes = build_memory(plan, 1, workers).total(workers);
-    for (int levels = 2; levels <= widest; ++levels) bytes = std::min(bytes, build_memory(plan, levels, workers).total(workers));
-    return bytes;
-  };
+  const auto least = [&](int workers) { return build_memory(plan, cheapest_block_levels(plan, workers), workers).total(workers); };
   std::string message = "--memory " + mebibytes(memory_bytes) + " is too little for layer '" + plan.info.name + "' with " +
                         std::to_string(threads) + (threads == 1 ? " thread" : " threads") + "; it needs --memory " +
                         mebibytes(least(threads));

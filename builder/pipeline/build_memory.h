@@ -27,6 +27,9 @@ struct BuildMemory {
 // With blocks of 2^levels tiles along an edge.
 [[nodiscard]] BuildMemory build_memory(const LayerPlan& plan, int levels, int threads);
 
+// The block that takes the least memory, and of several the largest: to show what a build needs that does not fit.
+[[nodiscard]] int cheapest_block_levels(const LayerPlan& plan, int threads);
+
 // The largest block (2^levels tiles) that fits `threads` workers into `memory_bytes`, at most 4096 texels wide. kUsage when not even the
 // smallest does: the message says how many threads or how much memory would.
 [[nodiscard]] Result<int> choose_block_levels(const LayerPlan& plan, int threads, std::size_t memory_bytes);

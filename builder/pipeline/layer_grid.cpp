@@ -79,34 +79,30 @@ Result<Bounds> bounds_in(const geo::Crs& crs, const OpenSource& source) {
   return bounds;
 }
 
-Result<GridPlacement> choose_grid(const LayerRequest& request, const geo::Crs& crs, const OpenSource& first, const Bounds& bounds) {
-  const geo::GeoTransform& transform = first.transform;
+Result<GridPlacement> choose_grid(const LayerRequest& request, const geo::Crs& crs, const OpenSource* first, const Bounds& bounds) {
   GridPlacement grid;
-  std::optional<Point2> asked_step;
+  std::optional<Point2> step;
   if (request.gsd_m) {
-    VT_ASSIGN(asked_step, step_of_gsd(crs, *request.gsd_m, bounds));
+    VT_ASSIGN(step, step_of_gsd(crs, *request.gsd_m, bounds));
   }
-  const auto is_own_step = [&] {
-    const auto same = [](double a, double b) { return std::abs(a - b) <= 1e-6 * b; };
-    return !asked_step || (same(asked_step->x, transform.x_column) && same(asked_step->y, -transform.y_row));
-  };
-  const bool own_grid = transform.is_north_up() && crs.same_coordinates(first.crs) && is_own_step();
-  if (own_grid) {
-    grid.step_x = transform.x_column;
-    grid.step_y = -transform.y_row;
-    // On the first source's own grid lines, moved outward by whole texels to cover the others.
-    grid.origin_x = transform.x0 + std::floor((bounds.west - transform.x0) / grid.step_x + kGridTolerance) * grid.step_x;
-    grid.origin_y = transform.y0 - std::floor((transform.y0 - bounds.north) / grid.step_y + kGridTolerance) * grid.step_y;
-    return grid;
+  const auto same = [](double a, double b) { return std::abs(a - b) <= 1e-6 * b; };
+  if (first != nullptr && first->transform.is_north_up() && crs.same_coordinates(first->crs)) {
+    const geo::GeoTransform& transform = first->transform;
+    if (!step || (same(step->x, transform.x_column) && same(step->y, -transform.y_row))) {
+      grid.step_x = transform.x_column;
+      grid.step_y = -transform.y_row;
+      // On the first source's own grid lines, moved outward by whole texels to cover the others.
+      grid.origin_x = transform.x0 + std::floor((bounds.west - transform.x0) / grid.step_x + kGridTolerance) * grid.step_x;
+      grid.origin_y = transform.y0 - std::floor((transform.y0 - bounds.north) / grid.step_y + kGridTolerance) * grid.step_y;
+      return grid;
+    }
   }
-  Point2 step;
-  if (asked_step) {
-    step = *asked_step;
-  } else {
-    VT_ASSIGN(step, native_step(crs, first));
+  if (!step && first == nullptr) return fail(ErrorCode::kUsage, "without sources the ground sample distance has to be given");
+  if (!step) {
+    VT_ASSIGN(step, native_step(crs, *first));
   }
-  grid.step_x = step.x;
-  grid.step_y = step.y;
+  grid.step_x = step->x;
+  grid.step_y = step->y;
   grid.origin_x = bounds.west;
   grid.origin_y = bounds.north;
   return grid;
@@ -118,7 +114,7 @@ Result<void> set_size(const Bounds& bounds, LayerInfo& info) {
   const double limit = std::ldexp(1.0, kMaxVtExponent);
   if (!(columns > 0.0) || !(rows > 0.0) || columns > limit || rows > limit)
     return fail(ErrorCode::kInvalidData, "the finest level would have " + std::to_string(columns) + " x " + std::to_string(rows) +
-                                             " texels; 1 to 2^31 are possible. Check --gsd, --crs and --extent");
+                                             " texels; 1 to 2^31 are possible. Check --gsd, --crs, --area and --extent");
   info.data.width = std::max<std::int64_t>(1, static_cast<std::int64_t>(std::ceil(columns - kGridTolerance)));
   info.data.height = std::max<std::int64_t>(1, static_cast<std::int64_t>(std::ceil(rows - kGridTolerance)));
   const std::int64_t longest = std::max(info.data.width, info.data.height);

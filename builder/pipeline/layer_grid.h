@@ -26,8 +26,9 @@ struct Bounds {
 // Outer bounds of a source in the layer's CRS. kInvalidData: it cannot be placed there.
 [[nodiscard]] Result<Bounds> bounds_in(const geo::Crs& crs, const OpenSource& source);
 
-// The grid: the first source's own where that is possible, so that its samples become texels as they are.
-[[nodiscard]] Result<GridPlacement> choose_grid(const LayerRequest& request, const geo::Crs& crs, const OpenSource& first,
+// The grid: the first source's own where that is possible, so that its samples become texels as they are. Without a source (null) the
+// request has a ground sample distance.
+[[nodiscard]] Result<GridPlacement> choose_grid(const LayerRequest& request, const geo::Crs& crs, const OpenSource* first,
                                                 const Bounds& bounds);
 
 // Sets the data rectangle and the number of levels from the grid and the bounds; needs the tile exponent. kInvalidData when the pyramid

@@ -2,41 +2,23 @@
 
 #include <algorithm>
 #include <bit>
+#include <cstdio>
 #include <filesystem>
+#include <iterator>
 
 #include "builder/pipeline/layer_grid.h"
 #include "builder/pipeline/open_sources.h"
 #include "builder/pipeline/parallel.h"
 #include "builder/pipeline/place_source.h"
+#include "builder/pipeline/plan_remarks.h"
 
 namespace vt::pipeline {
 namespace {
-
-// A mosaic can have a remark for each of its files; a person reads a few.
-constexpr std::size_t kMostRemarks = 8;
 
 std::string area_text(const Area& area) {
   return "west " + std::to_string(area.west) + " south " + std::to_string(area.south) + " east " + std::to_string(area.east) + " north " +
          std::to_string(area.north);
 }
-
-// A remark of one kind about many files, cut short.
-class Remarks {
- public:
-  explicit Remarks(std::string what) : what_(std::move(what)) {}
-  void add(std::string text) {
-    if (++count_ <= kMostRemarks) texts_.push_back(std::move(text));
-  }
-  void append_to(std::vector<std::string>& warnings) {
-    std::ranges::move(texts_, std::back_inserter(warnings));
-    if (count_ > kMostRemarks) warnings.push_back("and " + std::to_string(count_ - kMostRemarks) + " more files that are " + what_);
-  }
-
- private:
-  std::string what_;
-  std::size_t count_ = 0;
-  std::vector<std::string> texts_;
-};
 
 Result<pyramid::HalvingKernel> choose_kernel(const LayerRequest& request) {
   const bool is_color = request.channel == ChannelType::kColor;
@@ -49,22 +31,18 @@ Result<pyramid::HalvingKernel> choose_kernel(const LayerRequest& request) {
   return *kernel;
 }
 
-// All of the layer but its place and size.
-Result<LayerInfo> describe_layer(const LayerRequest& request, const std::vector<OpenSource>& sources) {
+// All of the layer but its place and size. `may_be_empty`: there can be texels without data inside a source.
+Result<LayerInfo> describe_layer(const LayerRequest& request, bool may_be_empty, std::optional<double> nodata) {
   LayerInfo info;
   info.name = request.name;
   info.channel = request.channel;
   // Coverage has to be stored when there can be texels without data; an opaque format is the user's explicit wish.
-  const bool may_be_empty = std::any_of(sources.begin(), sources.end(), [](const OpenSource& s) {
-    return s.raster->info().alpha_band >= 0 || s.raster->info().nodata.has_value();
-  });
   info.format = request.format.value_or(
       request.channel == ChannelType::kColor && may_be_empty ? TexelFormat::kRgba8 : channel_info(request.channel).default_format);
   info.transfer = request.channel == ChannelType::kColor ? Transfer::kSrgb : Transfer::kLinear;
   if (request.tile_texels < 4 || request.tile_texels > 4096 || !std::has_single_bit(static_cast<unsigned>(request.tile_texels)))
     return fail(ErrorCode::kUsage, "tile size " + std::to_string(request.tile_texels) + " is not a power of two from 4 to 4096");
   info.tile_exponent = static_cast<std::uint8_t>(std::countr_zero(static_cast<unsigned>(request.tile_texels)));
-  const std::optional<double> nodata = sources.front().raster->info().nodata;
   if (nodata) info.source_nodata = *nodata;
   return info;
 }
@@ -97,24 +75,6 @@ Result<void> check_frame(const LayerPlan& plan, const std::optional<DatasetFrame
                                            "); check the source's coordinate system or choose another store");
 }
 
-// What a person should know about sources before a long build.
-void remark_on(const std::vector<OpenSource>& sources, const std::vector<resample::PlacedSource>& placed, LayerPlan& plan) {
-  Remarks resampled("resampled");
-  Remarks ranges("taken as black at 0 and white at 65535");
-  for (std::size_t i = 0; i < sources.size(); ++i) {
-    const OpenSource& source = sources[i];
-    if (!placed[i].is_aligned)
-      resampled.add(source.request.path.string() + ": resampled (bilinear), because " +
-                    (plan.crs.same_coordinates(source.crs) ? "its grid is not the layer's"
-                                                           : "it is in " + source.crs.text() + " and the layer in " + plan.crs.text()));
-    if (plan.request.channel == ChannelType::kColor && source.raster->info().sample_type == SampleType::kUint16 && !plan.request.range)
-      ranges.add(source.request.path.string() +
-                 ": 0 is taken as black and 65535 as white; if the picture comes out dark, give --range LOW,HIGH");
-  }
-  resampled.append_to(plan.warnings);
-  ranges.append_to(plan.warnings);
-}
-
 nlohmann::ordered_json settings_of(const LayerPlan& plan, const std::vector<OpenSource>& sources) {
   const LayerRequest& request = plan.request;
   nlohmann::ordered_json settings;
@@ -127,73 +87,54 @@ nlohmann::ordered_json settings_of(const LayerPlan& plan, const std::vector<Open
   settings["grid"] = {plan.info.grid.origin_x, plan.info.grid.origin_y, plan.info.grid.step_x, plan.info.grid.step_y};
   settings["size"] = {plan.info.data.width, plan.info.data.height};
   if (request.range) settings["range"] = *request.range;
+  if (request.resample != resample::Method::kBilinear) settings["resample"] = resample::method_name(request.resample);
   settings["sources"] = facts_of(sources);
   return settings;
 }
 
-SourceLoad load_of(const std::vector<OpenSource>& sources, const std::vector<resample::PlacedSource>& placed, const LayerInfo& layer,
-                   std::size_t cache_bytes) {
-  SourceLoad load;
-  load.count = sources.size();
-  load.cache_bytes = cache_bytes;
-  const auto blocks = [](std::int64_t size, std::int64_t block) { return static_cast<std::uint64_t>((size + block - 1) / block); };
-  for (std::size_t i = 0; i < sources.size(); ++i) {
-    const source::RasterInfo& info = sources[i].raster->info();
-    const std::size_t sample = sample_bytes(info.sample_type) * static_cast<std::size_t>(info.bands);
-    load.sample_bytes += static_cast<std::uint64_t>(info.width) * static_cast<std::uint64_t>(info.height) * sample;
-    load.file_blocks += blocks(info.width, info.block_width) * blocks(info.height, info.block_height);
-    load.reader_bytes = std::max(load.reader_bytes, sources[i].raster->resident_bytes());
-    // Of what a reader holds about a third is the block as it is stored; the rest goes when the read ends.
-    if (info.compression != "none")
-      load.stored_block_bytes = std::max(load.stored_block_bytes, sources[i].raster->resident_bytes() * 2 / 5);
-    load.texel_bytes = std::max(load.texel_bytes, placed[i].layout.texel_bytes());
-    load.has_pictures = load.has_pictures || info.is_picture;
-    load.has_warped = load.has_warped || !placed[i].is_aligned;
-  }
-  const bool is_one_and_whole =
-      sources.size() == 1 && placed[0].is_aligned && placed[0].covered == TexelRect{0, 0, layer.data.width, layer.data.height};
-  load.has_planes = !is_one_and_whole;
-  return load;
-}
-
 }  // namespace
-
-std::size_t SourceLoad::chunk_bytes(std::int64_t width, int planes) const {
-  const auto texels = static_cast<std::size_t>(width * kChunkRows);
-  const std::size_t texel_planes = static_cast<std::size_t>(planes) * sizeof(float);
-  std::size_t bytes = texels * texel_bytes;
-  if (has_planes) bytes += (texels + static_cast<std::size_t>(width)) * texel_planes;
-  if (has_warped)
-    bytes += texels * sizeof(Point2) + static_cast<std::size_t>(resample::kMostWindowSamples) * (texel_bytes + texel_planes) +
-             static_cast<std::size_t>(width) * texel_planes;
-  return bytes;
-}
 
 Area LayerPlan::extent() const {
   return {info.grid.origin_x, info.grid.origin_y - static_cast<double>(info.data.height) * info.grid.step_y,
           info.grid.origin_x + static_cast<double>(info.data.width) * info.grid.step_x, info.grid.origin_y};
 }
 
-Result<LayerPlan> plan_layer(const LayerRequest& request, const std::optional<DatasetFrame>& frame, const PlanOptions& options) {
-  if (request.sources.empty()) return fail(ErrorCode::kUsage, "layer '" + request.name + "' has no sources");
-  LayerPlan plan;
-  plan.request = request;
-  VT_ASSIGN(plan.kernel, choose_kernel(request));
-  VT_ASSIGN(plan.compression, store::parse_compression(request.compression));
+namespace {
 
+Result<void> check_asked_crs(const LayerRequest& request, const std::optional<DatasetFrame>& frame) {
+  if (!frame || !request.crs || frame->crs.same_coordinates(*request.crs)) return {};
+  return fail(ErrorCode::kUsage,
+              "the store is in " + frame->crs.text() + ", a layer of it cannot be in " + request.crs->text() + "; leave --crs out");
+}
+
+Result<Bounds> bounds_of(const Area& area) {
+  if (!(area.west < area.east) || !(area.south < area.north))
+    return fail(ErrorCode::kUsage, "an area has west < east and south < north, found " + area_text(area));
+  return Bounds{area.west, area.south, area.east, area.north};
+}
+
+// The grid, the size and the place in the store.
+Result<void> lay_out(const LayerRequest& request, const std::optional<DatasetFrame>& frame, const OpenSource* first, const Bounds& bounds,
+                     LayerPlan& plan) {
+  VT_ASSIGN(plan.info.grid, choose_grid(request, plan.crs, first, bounds));
+  VT_CHECK(set_size(bounds, plan.info));
+  return check_frame(plan, frame);
+}
+
+Result<void> plan_with_sources(const LayerRequest& request, const std::optional<DatasetFrame>& frame, const PlanOptions& options,
+                               LayerPlan& plan) {
   const int threads = thread_count(options.threads);
-  const SharedReading shared{
-      .cache = std::make_shared<source::BlockCache>(options.source_cache_bytes),
-      .files = std::make_shared<source::FilePool>(),
-      .scratch = options.scratch_folder.empty() ? nullptr : std::make_shared<source::ScratchFile>(options.scratch_folder)};
+  const SharedReading shared{std::make_shared<source::BlockCache>(options.source_cache_bytes), std::make_shared<source::FilePool>(),
+                             options.scratch_folder.empty() ? nullptr : std::make_shared<source::ScratchFile>(options.scratch_folder)};
   VT_ASSIGN(const std::vector<OpenSource> sources, open_sources(request.sources, shared, threads));
-  if (frame && request.crs && !frame->crs.same_coordinates(*request.crs))
-    return fail(ErrorCode::kUsage,
-                "the store is in " + frame->crs.text() + ", a layer of it cannot be in " + request.crs->text() + "; leave --crs out");
+  VT_CHECK(check_asked_crs(request, frame));
   plan.crs = frame ? frame->crs : request.crs.value_or(sources.front().crs);
   VT_CHECK(check_systems(sources, plan.crs, plan.warnings));
 
-  VT_ASSIGN(plan.info, describe_layer(request, sources));
+  const bool may_be_empty = std::any_of(sources.begin(), sources.end(), [](const OpenSource& s) {
+    return s.raster->info().alpha_band >= 0 || s.raster->info().nodata.has_value();
+  });
+  VT_ASSIGN(plan.info, describe_layer(request, may_be_empty, sources.front().raster->info().nodata));
   std::vector<Bounds> bounds(sources.size());
   VT_CHECK(for_each_index(sources.size(), threads, [&](std::size_t i) -> Result<void> {
     VT_ASSIGN(bounds[i], bounds_in(plan.crs, sources[i]));
@@ -201,9 +142,10 @@ Result<LayerPlan> plan_layer(const LayerRequest& request, const std::optional<Da
   }));
   Bounds all;
   for (const Bounds& one : bounds) all.add(one);
-  VT_ASSIGN(plan.info.grid, choose_grid(request, plan.crs, sources.front(), all));
-  VT_CHECK(set_size(all, plan.info));
-  VT_CHECK(check_frame(plan, frame));
+  if (request.area) {
+    VT_ASSIGN(all, bounds_of(*request.area));
+  }
+  VT_CHECK(lay_out(request, frame, &sources.front(), all, plan));
 
   std::vector<resample::PlacedSource> placed(sources.size());
   VT_CHECK(for_each_index(sources.size(), threads, [&](std::size_t i) -> Result<void> {
@@ -218,9 +160,59 @@ Result<LayerPlan> plan_layer(const LayerRequest& request, const std::optional<Da
   }
   plan.codec = placed.front().codec;
   plan.source_load = load_of(sources, placed, plan.info, options.source_cache_bytes);
-  remark_on(sources, placed, plan);
+  remark_on(request, plan.crs, sources, placed, plan.warnings);
   plan.settings = settings_of(plan, sources);
   plan.sampler = std::make_shared<const resample::BaseSampler>(std::move(placed), plan.info.data.width, plan.info.data.height);
+  return {};
+}
+
+// From what is declared alone; nothing is opened.
+Result<void> plan_without_sources(const LayerRequest& request, const std::optional<DatasetFrame>& frame, const PlanOptions& options,
+                                  const std::string& missing, LayerPlan& plan) {
+  std::string needed;
+  if (!request.area) needed += ", an area";
+  if (!request.gsd_m) needed += ", a gsd";
+  if (!request.crs && !frame) needed += ", a crs";
+  if (!request.expected) needed += ", expected samples (\"expect\")";
+  if (!needed.empty())
+    return fail(ErrorCode::kInvalidData,
+                "layer '" + request.name + "': " + missing + "; to be planned without them it needs" + needed.substr(1));
+  VT_CHECK(check_asked_crs(request, frame));
+  plan.crs = frame ? frame->crs : *request.crs;
+
+  const ExpectedSamples& expected = *request.expected;
+  VT_ASSIGN(plan.info, describe_layer(request, expected.has_alpha || expected.nodata.has_value(), expected.nodata));
+  VT_ASSIGN(const Bounds bounds, bounds_of(*request.area));
+  VT_CHECK(lay_out(request, frame, nullptr, bounds, plan));
+  const channels::SampleLayout layout{.type = expected.type,
+                                      .value_bands = expected.bands,
+                                      .has_alpha = expected.has_alpha && request.channel == ChannelType::kColor,
+                                      .nodata = expected.nodata,
+                                      .range = request.range};
+  auto codec = CodecShelf().codec_for(plan.info, layout);
+  if (!codec) return fail(codec.error().code, "layer '" + request.name + "': " + codec.error().message);
+  plan.codec = std::move(*codec);
+  plan.source_load = expected_load(request, layout, plan.info, options.source_cache_bytes);
+  plan.warnings.push_back("layer '" + request.name + "': " + missing + "; planned from its area, gsd, crs and expected samples");
+  return {};
+}
+
+}  // namespace
+
+Result<LayerPlan> plan_layer(const LayerRequest& request, const std::optional<DatasetFrame>& frame, const PlanOptions& options) {
+  LayerPlan plan;
+  plan.request = request;
+  VT_ASSIGN(plan.kernel, choose_kernel(request));
+  VT_ASSIGN(plan.compression, store::parse_compression(request.compression));
+  const std::string missing = missing_text(request);
+  if (missing.empty()) {
+    VT_CHECK(plan_with_sources(request, frame, options, plan));
+  } else if (options.may_lack_sources && (request.expected || request.sources.empty())) {
+    VT_CHECK(plan_without_sources(request, frame, options, missing, plan));
+  } else {
+    const ErrorCode code = request.sources.empty() ? ErrorCode::kUsage : ErrorCode::kIo;
+    return fail(code, "layer '" + request.name + "' cannot be built without its sources: " + missing);
+  }
   return plan;
 }
 

@@ -10,6 +10,7 @@
 
 #include "builder/geo/crs.h"
 #include "builder/pipeline/layer_request.h"
+#include "builder/pipeline/source_load.h"
 #include "builder/pipeline/tiers.h"
 #include "builder/pyramid/halving_kernel.h"
 #include "builder/resample/base_sampler.h"
@@ -25,31 +26,14 @@ struct DatasetFrame {
   std::optional<Area> area;
 };
 
-// What reading the sources takes, for counting memory before a build.
-struct SourceLoad {
-  std::size_t count = 0;
-  std::uint64_t sample_bytes = 0;      // all samples of all sources, decoded
-  std::uint64_t file_blocks = 0;       // tiles and strips of all files
-  std::size_t cache_bytes = 0;         // decoded blocks that are kept at most
-  std::size_t reader_bytes = 0;        // of one thread inside a read, at most
-  std::size_t stored_block_bytes = 0;  // the largest compressed block that a decoder holds
-  std::size_t texel_bytes = 0;         // of the widest sample layout
-  bool has_pictures = false;           // some are read through the picture library
-  bool has_planes = false;             // some rectangles have to be put together in filter space
-  bool has_warped = false;             // some sources are resampled
-
-  // Buffers for the rows that are read at once, `width` texels wide.
-  [[nodiscard]] std::size_t chunk_bytes(std::int64_t width, int planes) const;
-};
-
 struct LayerPlan {
   LayerRequest request;
   LayerInfo info;  // as it goes into the store
   geo::Crs crs;
   pyramid::HalvingKernel kernel;
   store::Compression compression;
-  std::shared_ptr<const channels::ChannelCodec> codec;  // of the first source; all write the same texels
-  std::shared_ptr<const resample::BaseSampler> sampler;
+  std::shared_ptr<const channels::ChannelCodec> codec;   // of the first source; all write the same texels
+  std::shared_ptr<const resample::BaseSampler> sampler;  // null: planned without sources
   SourceLoad source_load;
   nlohmann::ordered_json settings;  // everything that decides the layer's bytes: two runs with equal settings may share work
   nlohmann::ordered_json recipe;    // how it was asked for, for the layer's metadata; decides nothing. null: not kept
@@ -59,6 +43,7 @@ struct LayerPlan {
 };
 
 struct PlanOptions {
+  bool may_lack_sources = false;  // a layer that says what to expect is planned even if its sources are not there; it cannot be built
   std::size_t source_cache_bytes = std::size_t{32} << 20;  // decoded source blocks kept, all sources together
   int threads = 0;                                         // that open sources; 0: as many as the machine has
   std::filesystem::path

@@ -8,8 +8,10 @@
 #include <vector>
 
 #include "builder/geo/crs.h"
+#include "builder/resample/placed_source.h"
 #include "store/channel.h"
 #include "store/layer.h"
+#include "store/sample_type.h"
 #include "store/texel_format.h"
 
 namespace vt::pipeline {
@@ -23,6 +25,14 @@ struct SourceRequest {
   std::vector<int> bands;  // counted from 1, in the order red, green, blue (or the one value); empty: the file's own order
 };
 
+// What the samples of sources that are not there yet will be like: enough to plan with.
+struct ExpectedSamples {
+  SampleType type = SampleType::kUint8;
+  int bands = 3;  // of values
+  bool has_alpha = false;
+  std::optional<double> nodata;
+};
+
 struct LayerRequest {
   std::string name;
   ChannelType channel = ChannelType::kColor;
@@ -34,7 +44,10 @@ struct LayerRequest {
   std::optional<double> gsd_m;  // metres per texel of the finest level (of the grid if projected, on the ground if in degrees); default:
                                 // the first source's own grid
   std::optional<geo::Crs> crs;  // of the dataset; default: the store's, or the first source's
-  std::optional<std::array<double, 2>> range;  // sample values of black and white
+  std::optional<Area> area;     // outer edges of the layer in CRS units, widened to whole texels; default: all that the sources cover
+  std::optional<std::array<double, 2>> range;               // sample values of black and white
+  resample::Method resample = resample::Method::kBilinear;  // of sources on another grid
+  std::optional<ExpectedSamples> expected;                  // for a plan without sources
 };
 
 }  // namespace vt::pipeline

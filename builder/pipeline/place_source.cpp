@@ -35,22 +35,28 @@ Result<std::vector<int>> choose_bands(ChannelType channel, const OpenSource& sou
   return bands;
 }
 
-// The first sample in texels of the grid, when the source's grid is the layer's.
-std::optional<std::pair<std::int64_t, std::int64_t>> offset_on_grid(const GridPlacement& grid, const OpenSource& source) {
+// Where the source's first sample lies in texels of the grid, when its samples are as large as texels all over the source.
+std::optional<Point2> offset_in_texels(const GridPlacement& grid, const OpenSource& source) {
   const RasterInfo& info = source.raster->info();
   const geo::GeoTransform& transform = source.transform;
-  const double column = (transform.x0 - grid.origin_x) / grid.step_x;
-  const double row = (grid.origin_y - transform.y0) / grid.step_y;
   const auto width = static_cast<double>(info.width);
   const auto height = static_cast<double>(info.height);
+  const double column = (transform.x0 - grid.origin_x) / grid.step_x;
+  const double row = (grid.origin_y - transform.y0) / grid.step_y;
   const double end_column = (transform.x0 + width * transform.x_column - grid.origin_x) / grid.step_x;
   const double end_row = (grid.origin_y - (transform.y0 + height * transform.y_row)) / grid.step_y;
   const auto is_near = [](double a, double b) { return std::abs(a - b) <= kGridTolerance; };
-  if (!is_near(column, std::round(column)) || !is_near(row, std::round(row)) || !is_near(end_column, std::round(column) + width) ||
-      !is_near(end_row, std::round(row) + height))
-    return std::nullopt;
-  return std::pair(std::llround(column), std::llround(row));
+  if (!is_near(end_column, column + width) || !is_near(end_row, row + height)) return std::nullopt;
+  return Point2{column, row};
 }
+
+bool is_on_grid(const Point2& offset) {
+  return std::abs(offset.x - std::round(offset.x)) <= kGridTolerance && std::abs(offset.y - std::round(offset.y)) <= kGridTolerance;
+}
+
+// The whole number of texels by which nearest-neighbour resampling moves a source that misses the grid: the centre of texel i falls into
+// sample i - offset rounded up from the half.
+std::int64_t snapped(double offset) { return static_cast<std::int64_t>(std::ceil(offset - 0.5)); }
 
 }  // namespace
 
@@ -75,13 +81,18 @@ Result<resample::PlacedSource> place_source(const LayerRequest& request, const L
 
   const TexelRect whole{0, 0, layer.data.width, layer.data.height};
   if (source.transform.is_north_up() && crs.same_coordinates(source.crs)) {
-    if (const auto offset = offset_on_grid(layer.grid, source)) {
+    const auto offset = offset_in_texels(layer.grid, source);
+    if (offset && (is_on_grid(*offset) || request.resample == resample::Method::kNearest)) {
       placed.is_aligned = true;
-      std::tie(placed.offset_x, placed.offset_y) = *offset;
+      placed.offset_x = is_on_grid(*offset) ? std::llround(offset->x) : snapped(offset->x);
+      placed.offset_y = is_on_grid(*offset) ? std::llround(offset->y) : snapped(offset->y);
+      if (!is_on_grid(*offset))
+        placed.moved = {static_cast<double>(placed.offset_x) - offset->x, static_cast<double>(placed.offset_y) - offset->y};
       placed.covered = intersect({placed.offset_x, placed.offset_y, info.width, info.height}, whole);
       return placed;
     }
   }
+  placed.method = request.resample;
   placed.warp = std::make_shared<const resample::GridWarp>(layer.grid, crs, source.transform, source.crs);
   const auto x0 = static_cast<std::int64_t>(std::floor((bounds.west - layer.grid.origin_x) / layer.grid.step_x)) - 1;
   const auto x1 = static_cast<std::int64_t>(std::ceil((bounds.east - layer.grid.origin_x) / layer.grid.step_x)) + 1;

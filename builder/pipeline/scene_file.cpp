@@ -69,6 +69,25 @@ Result<std::vector<SourceRequest>> sources_from(const json& value, const std::fi
   return sources;
 }
 
+std::optional<SampleType> sample_type_from_name(const std::string& name) {
+  for (const SampleType type : {SampleType::kUint8, SampleType::kInt8, SampleType::kUint16, SampleType::kInt16, SampleType::kUint32,
+                                SampleType::kInt32, SampleType::kFloat32, SampleType::kFloat64})
+    if (name == sample_name(type)) return type;
+  return std::nullopt;
+}
+
+Result<ExpectedSamples> expected_from(const json& value, const std::string& where) {
+  ExpectedSamples expected;
+  const std::string type = value.at("type").get<std::string>();
+  const auto known = sample_type_from_name(type);
+  if (!known) return fail(ErrorCode::kInvalidData, where + "/type: unknown sample type '" + type + "'");
+  expected.type = *known;
+  expected.bands = value.at("bands").get<int>();
+  expected.has_alpha = value.value("alpha", false);
+  if (value.contains("nodata")) expected.nodata = value["nodata"].get<double>();
+  return expected;
+}
+
 Result<LayerRequest> layer_from(const json& value, const Scene& scene, const std::filesystem::path& folder, const std::string& where) {
   LayerRequest layer;
   layer.name = value.at("name").get<std::string>();
@@ -76,7 +95,7 @@ Result<LayerRequest> layer_from(const json& value, const Scene& scene, const std
   if (!channel) return fail(ErrorCode::kInvalidData, where + "/channel: unknown channel '" + value.at("channel").get<std::string>() + "'");
   layer.channel = *channel;
   std::size_t index = 0;
-  for (const json& source : value.at("sources")) {
+  for (const json& source : value.value("sources", json::array())) {
     VT_ASSIGN(std::vector<SourceRequest> requests, sources_from(source, folder, where + "/sources/" + std::to_string(index++)));
     std::ranges::move(requests, std::back_inserter(layer.sources));
   }
@@ -90,6 +109,17 @@ Result<LayerRequest> layer_from(const json& value, const Scene& scene, const std
   layer.tile_texels = value.value("tile", layer.tile_texels);
   if (value.contains("gsd")) layer.gsd_m = value["gsd"].get<double>();
   if (value.contains("range")) layer.range = std::array<double, 2>{value["range"][0].get<double>(), value["range"][1].get<double>()};
+  if (value.contains("resample")) {
+    const auto method = resample::method_from_name(value["resample"].get<std::string>());
+    if (!method) return fail(ErrorCode::kInvalidData, where + "/resample: unknown method '" + value["resample"].get<std::string>() + "'");
+    layer.resample = *method;
+  }
+  if (value.contains("area")) layer.area = area_from(value["area"]);
+  if (value.contains("expect")) {
+    VT_ASSIGN(layer.expected, expected_from(value["expect"], where + "/expect"));
+    // A layer that is planned before its sources are there covers the dataset.
+    if (!layer.area) layer.area = scene.area;
+  }
   layer.crs = scene.crs;
   return layer;
 }

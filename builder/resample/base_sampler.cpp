@@ -22,6 +22,14 @@ BaseSampler::BaseSampler(std::vector<PlacedSource> sources, std::int64_t width, 
       sources_.size() == 1 && first.is_aligned && first.codec->samples_are_texels() && first.covered == TexelRect{0, 0, width, height};
 }
 
+std::uint64_t BaseSampler::most_squares_touched(std::int64_t edge, std::int64_t apron) const {
+  const auto squares = [&](std::int64_t texels) { return static_cast<std::uint64_t>((texels + 2 * apron + edge - 2) / edge + 1); };
+  std::uint64_t sum = 0;
+  for (const PlacedSource& source : sources_)
+    if (!source.covered.empty()) sum += squares(source.covered.width) * squares(source.covered.height);
+  return sum;
+}
+
 // Sources under opaque ones are left out: they are neither read nor do they count as content.
 void BaseSampler::find_parts(const TexelRect& rect, BaseChunk& chunk) const {
   std::vector<Part>& parts = chunk.parts_;

@@ -1,7 +1,7 @@
 // The finest level of a layer, by rectangles: every source is brought onto the layer's grid and into its filter space, in the order given,
-// later sources over earlier ones. A source whose own grid is the layer's grid is passed through sample by sample; any other is resampled
-// (bilinear). What a rectangle costs depends on the sources under it, not on how many there are. Threads: a BaseSampler is immutable and
-// shared; a BaseChunk belongs to one thread.
+// later sources over earlier ones. A source whose own grid is the layer's grid is passed through sample by sample; any other is resampled.
+// What a rectangle costs depends on the sources under it, not on how many there are. Threads: a BaseSampler is immutable and shared; a
+// BaseChunk belongs to one thread.
 #pragma once
 
 #include <atomic>
@@ -34,6 +34,9 @@ class BaseSampler {
 
   // Whether any source can give data in `rect`. Cheap: nothing is read. False is certain, true is not.
   [[nodiscard]] bool touches(const TexelRect& rect) const { return index_.touches(rect); }
+
+  // At most so many squares of `edge` texels, on a grid of such squares, have a source within `apron` texels.
+  [[nodiscard]] std::uint64_t most_squares_touched(std::int64_t edge, std::int64_t apron) const;
 
   // Reads what `rect` needs. Adds to `content`, when it is given, all that decides the result: for each source that is seen in `rect`, in
   // order, how it is read and what was read. Equal contents of equal rectangles mean equal texels.

@@ -48,6 +48,14 @@ void add_window(const source::Window& window, store::ContentHasher& content) {
 
 }  // namespace
 
+std::string_view method_name(Method method) { return method == Method::kNearest ? "nearest" : "bilinear"; }
+
+std::optional<Method> method_from_name(std::string_view name) {
+  for (const Method method : {Method::kBilinear, Method::kNearest})
+    if (method_name(method) == name) return method;
+  return std::nullopt;
+}
+
 bool PlacedSource::is_opaque() const {
   const bool may_be_nan = layout.type == SampleType::kFloat32 || layout.type == SampleType::kFloat64;
   return is_aligned && !may_be_nan && !layout.has_alpha && !layout.nodata;
@@ -85,6 +93,7 @@ void add_mark(const PlacedSource& source, const TexelRect& part, const TexelRect
     const source::RasterInfo& info = source.raster->info();
     for (const std::int64_t number : {part.x, part.y, info.width, info.height}) mark.add(number);
     mark.add(source.warp->facts());
+    mark.add(static_cast<std::int64_t>(source.method));
   }
   content.add(mark.bytes());
 }

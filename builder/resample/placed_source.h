@@ -3,8 +3,11 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
+#include <string_view>
 #include <vector>
 
 #include "builder/channels/channel_codec.h"
@@ -15,6 +18,14 @@
 #include "store/tile_id.h"
 
 namespace vt::resample {
+
+// How a source on another grid becomes texels.
+enum class Method : std::uint8_t {
+  kBilinear,  // between the four nearest samples, in filter space
+  kNearest,   // the sample that the texel's centre lies in, as it is
+};
+[[nodiscard]] std::string_view method_name(Method method);  // "bilinear", "nearest"
+[[nodiscard]] std::optional<Method> method_from_name(std::string_view name);
 
 // Coordinates are texels of the layer's finest level, counted from the corner of its data rectangle.
 struct PlacedSource {
@@ -27,7 +38,9 @@ struct PlacedSource {
   std::int64_t offset_x = 0;
   std::int64_t offset_y = 0;
   std::shared_ptr<const GridWarp> warp;  // otherwise
+  Method method = Method::kBilinear;     // likewise
   TexelRect covered;                     // texels that the source can touch
+  Point2 moved;                          // texels by which it was moved onto the grid (nearest); for reports
 
   // No sample can be without data, so nothing below the source is ever seen.
   [[nodiscard]] bool is_opaque() const;

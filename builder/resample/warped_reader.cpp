@@ -14,8 +14,8 @@ bool is_inside(const source::RasterInfo& info, const Point2& p) {
   return p.x >= 0.0 && p.y >= 0.0 && p.x <= static_cast<double>(info.width) && p.y <= static_cast<double>(info.height);
 }
 
-// The samples next to all `positions`; nullopt when none lies in the raster.
-std::optional<source::Window> window_around(const source::RasterInfo& info, const std::vector<Point2>& positions) {
+// The samples that all `positions` need; nullopt when none lies in the raster.
+std::optional<source::Window> window_around(const source::RasterInfo& info, Method method, const std::vector<Point2>& positions) {
   double min_x = std::numeric_limits<double>::infinity();
   double min_y = min_x;
   double max_x = -min_x;
@@ -31,9 +31,10 @@ std::optional<source::Window> window_around(const source::RasterInfo& info, cons
   const auto sample_at = [](double v, std::int64_t size) {
     return std::clamp(static_cast<std::int64_t>(std::floor(v)), std::int64_t{0}, size - 1);
   };
-  const std::int64_t x0 = sample_at(min_x - 0.5, info.width);
-  const std::int64_t y0 = sample_at(min_y - 0.5, info.height);
-  return source::Window{x0, y0, sample_at(max_x + 0.5, info.width) - x0 + 1, sample_at(max_y + 0.5, info.height) - y0 + 1};
+  const double reach = method == Method::kBilinear ? 0.5 : 0.0;
+  const std::int64_t x0 = sample_at(min_x - reach, info.width);
+  const std::int64_t y0 = sample_at(min_y - reach, info.height);
+  return source::Window{x0, y0, sample_at(max_x + reach, info.width) - x0 + 1, sample_at(max_y + reach, info.height) - y0 + 1};
 }
 
 // Calls use(piece, window) for pieces of `part` whose windows are small enough; `buffers.positions` are the piece's. A rotated or much
@@ -42,7 +43,7 @@ template <class Use>
 Result<void> for_each_window(const PlacedSource& source, const TexelRect& part, WarpBuffers& buffers, const Use& use) {
   refit(buffers.positions, static_cast<std::size_t>(part.width * part.height));
   source.warp->map_centres(part, buffers.positions);
-  const auto window = window_around(source.raster->info(), buffers.positions);
+  const auto window = window_around(source.raster->info(), source.method, buffers.positions);
   if (!window) return {};
   if (window->width * window->height <= kMostWindowSamples || (part.width == 1 && part.height == 1)) return use(part, *window);
   TexelRect first = part;
@@ -102,6 +103,21 @@ void interpolate_row(const source::RasterInfo& info, const source::Window& windo
   }
 }
 
+// The sample that each centre lies in; on a border between two, the next one, so that a place belongs to one sample or to none. Layout as
+// of interpolate_row.
+void pick_row(const source::RasterInfo& info, const source::Window& window, int planes, const Point2* positions, std::int64_t count,
+              WarpBuffers& buffers) {
+  buffers.row.assign(static_cast<std::size_t>(count * planes), 0.0F);
+  for (std::int64_t i = 0; i < count; ++i) {
+    const Point2& place = positions[i];
+    if (!is_inside(info, place) || place.x == static_cast<double>(info.width) || place.y == static_cast<double>(info.height)) continue;
+    const std::int64_t x = static_cast<std::int64_t>(place.x) - window.x;
+    const std::int64_t y = static_cast<std::int64_t>(place.y) - window.y;
+    for (int p = 0; p < planes; ++p)
+      buffers.row[static_cast<std::size_t>(p * count + i)] = buffers.planes[static_cast<std::size_t>((y * planes + p) * window.width + x)];
+  }
+}
+
 }  // namespace
 
 void composite_row(const channels::PlaneRow& upper, int planes, std::int64_t count, const channels::PlaneRow& lower) {
@@ -120,7 +136,8 @@ Result<void> composite_warped(const PlacedSource& source, const TexelRect& part,
     const int planes = source.codec->planes();
     for (std::int64_t row = 0; row < piece.height; ++row) {
       const Point2* positions = buffers.positions.data() + row * piece.width;
-      interpolate_row(source.raster->info(), window, planes, positions, piece.width, buffers);
+      const auto& make_row = source.method == Method::kBilinear ? interpolate_row : pick_row;
+      make_row(source.raster->info(), window, planes, positions, piece.width, buffers);
       channels::PlaneRow upper{};
       for (int p = 0; p < planes; ++p) upper[static_cast<std::size_t>(p)] = buffers.row.data() + p * piece.width;
       composite_row(upper, planes, piece.width, target.row_at(piece.x, piece.y + row));

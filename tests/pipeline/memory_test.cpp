@@ -5,6 +5,7 @@
 #include <unistd.h>
 
 #include "builder/pipeline/build_memory.h"
+#include "tests/pipeline/big_tiff.h"
 #include "tests/pipeline/small_builds.h"
 
 namespace vt::pipeline {
@@ -108,6 +109,15 @@ TEST_F(Memory, SoDoesAMosaic) {
     }
   });
   expect_within("tiles", {"--channel", "elevation"}, {{56, 1}, {104, 4}});
+}
+
+// The plan of a file of 1,125,000 x 875,000 samples does not read its tables of 240 MB.
+TEST_F(Memory, PlanningTheLargestFilesTakesNextToNothing) {
+  write_unwritten_tiff(folder_ / "huge.tif", 1'125'000, 875'000, 3, false, 100000.0, 5700000.0, 0.8);
+  const Outcome run =
+      run_vtbuild({"layer", (folder_ / "huge.tif").string(), "-o", (folder_ / "x.vts").string(), "--channel", "color", "--dry-run"});
+  EXPECT_EQ(run.exit_code, 0);
+  EXPECT_LE(run.peak_bytes, std::size_t{32} << 20);
 }
 
 TEST_F(Memory, WhatCannotFitSaysWhatWould) {

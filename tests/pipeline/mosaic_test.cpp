@@ -175,6 +175,42 @@ TEST(Resampling, PutsEveryTexelWithinAHundredthOfItsPlace) {
   }
 }
 
+// A second source that misses the layer's grid by part of a texel.
+TEST(Resampling, NearestMovesAGridThatIsOffByPartOfATexel) {
+  const test::TempFolder folder;
+  const RasterSpec spec{.width = 60, .height = 50, .bands = 1, .type = SampleType::kInt16};
+  write_raster(folder / "base.tif", spec, [](auto, auto, int) { return 1.0; });
+  const auto height = [](std::int64_t x, std::int64_t y, int) { return static_cast<double>(100 + x * 30 + y); };
+  for (const auto& [fx, fy] : std::vector<std::pair<double, double>>{{0.3, 0.0}, {0.5, 0.5}, {0.7, 0.2}, {-0.4, 0.9}}) {
+    RasterSpec off = spec;
+    off.width = 20;
+    off.height = 20;
+    off.transform.x0 += (10 + fx) * 2.0;
+    off.transform.y0 -= (15 + fy) * 2.0;
+    write_raster(folder / "off.tif", off, height);
+    LayerRequest request = request_for({folder / "base.tif", folder / "off.tif"}, ChannelType::kElevation);
+    request.resample = resample::Method::kNearest;
+    const auto plan = plan_layer(request, std::nullopt, 1 << 20);
+    ASSERT_TRUE(plan.has_value()) << plan.error().message;
+    ASSERT_EQ(plan->warnings.size(), 1U);
+    EXPECT_NE(plan->warnings[0].find("off.tif: moved by"), std::string::npos) << plan->warnings[0];
+    const auto path = folder / ("off" + std::to_string(fx) + ".vts");
+    build(path, request);
+    const Tiles tiles = tiles_of(path, "elevation");
+    for (std::int64_t y = 0; y < 50; ++y)
+      for (std::int64_t x = 0; x < 60; ++x) {
+        // Definition: the sample that the texel's centre lies in.
+        const auto column = static_cast<std::int64_t>(std::floor(static_cast<double>(x) + 0.5 - 10 - fx + 1e-9));
+        const auto row = static_cast<std::int64_t>(std::floor(static_cast<double>(y) + 0.5 - 15 - fy + 1e-9));
+        const bool covered = column >= 0 && row >= 0 && column < 20 && row < 20;
+        ASSERT_EQ((texel_at<float, 1>(tiles, 5, Level{1}, x, y)[0]), covered ? static_cast<float>(height(column, row, 0)) : 1.0F)
+            << x << "," << y << " off by " << fx;
+      }
+    request.resample = resample::Method::kBilinear;
+    EXPECT_NE(plan_layer(request, std::nullopt, 1 << 20)->warnings.at(0).find("resampled (bilinear)"), std::string::npos);
+  }
+}
+
 TEST(Resampling, ARotatedRasterComesOutUpright) {
   const test::TempFolder folder;
   RasterSpec spec{.width = 200, .height = 200, .bands = 1, .type = SampleType::kFloat32};

@@ -195,6 +195,40 @@ TEST(BaseSampler, ContentKnowsWhatIsSeenAndNothingElse) {
   EXPECT_NE(hashed_content(sampler_of({moved}), rect), turned_content) << "other weights from the same samples";
 }
 
+TEST(BaseSampler, NearestTakesTheSampleUnderTheCentre) {
+  for (const SampleLayout& layout : {kOpaque, kWithAlpha, kWithNodata}) {
+    PlacedSource source = turned_source(layout, 6);
+    source.method = Method::kNearest;
+    const BaseSampler sampler = sampler_of({source});
+    const TexelRect rect{3, 5, 50, 33};
+    BaseChunk chunk;
+    ASSERT_TRUE(sampler.load(rect, chunk).has_value());
+    std::vector<float> planes(static_cast<std::size_t>(rect.width * 4));
+    const std::int64_t w = rect.width;
+    int inside = 0;
+    for (std::int64_t row = 0; row < rect.height; ++row) {
+      chunk.decode_row(row, {planes.data(), planes.data() + w, planes.data() + 2 * w, planes.data() + 3 * w});
+      for (std::int64_t i = 0; i < w; ++i) {
+        const Point2 place = source.warp->exact({static_cast<double>(rect.x + i) + 0.5, static_cast<double>(rect.y + row) + 0.5});
+        std::array<float, 4> wanted{};
+        if (place.x >= 0 && place.y >= 0 && place.x < 60 && place.y < 60) {
+          std::vector<std::byte> sample(layout.texel_bytes());
+          const source::Window one{static_cast<std::int64_t>(place.x), static_cast<std::int64_t>(place.y), 1, 1};
+          ASSERT_TRUE(source.read(one, sample, sample.size(), nullptr).has_value());
+          source.codec->decode_row(sample.data(), 1, {&wanted[0], &wanted[1], &wanted[2], &wanted[3]});
+          ++inside;
+        }
+        for (std::size_t p = 0; p < 4; ++p)
+          ASSERT_EQ(planes[p * static_cast<std::size_t>(w) + static_cast<std::size_t>(i)], wanted[p]) << i << "," << row;
+      }
+    }
+    EXPECT_GT(inside, 500);
+    EXPECT_EQ(hashed_content(sampler, rect), loaded_content(sampler, rect));
+    EXPECT_NE(hashed_content(sampler, rect), hashed_content(sampler_of({turned_source(layout, 6)}), rect))
+        << "another method, other texels";
+  }
+}
+
 TEST(BaseSampler, TouchesOnlyWhatASourceCovers) {
   const BaseSampler sampler = sampler_of({color_source({10, 10, 5, 5}, kOpaque, 1), color_source({50, 40, 100, 100}, kOpaque, 2)});
   EXPECT_TRUE(sampler.touches({0, 0, 11, 11}));

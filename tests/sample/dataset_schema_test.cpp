@@ -78,6 +78,25 @@ TEST(DatasetSchema, RejectsEachWrongDocument) {
       {"a tile of 100", [](json& d) { d["layers"][0]["tile"] = 100; }},
       {"a GSD of nothing", [](json& d) { d["layers"][0]["gsd"] = 0; }},
       {"a negative GSD", [](json& d) { d["layers"][0]["gsd"] = -1.0; }},
+      {"an unknown way to resample", [](json& d) { d["layers"][0]["resample"] = "cubic"; }},
+      {"half an area of a layer",
+       [](json& d) {
+         d["layers"][0]["area"] = {{"west", 0}, {"south", 0}, {"east", 1}};
+       }},
+      {"expected samples without a type",
+       [](json& d) {
+         d["layers"][0]["expect"] = {{"bands", 3}};
+       }},
+      {"expected samples of a type that is not one",
+       [](json& d) {
+         d["layers"][0]["expect"] = {{"type", "byte"}, {"bands", 3}};
+       }},
+      {"no sources and no GSD",
+       [](json& d) {
+         d["layers"][0].erase("sources");
+         d["layers"][0].erase("gsd");
+         d["layers"][0]["expect"] = {{"type", "uint8"}, {"bands", 3}};
+       }},
       {"an unknown role", [](json& d) { d["references"][0]["role"] = "trees"; }},
       {"a reference without a file", [](json& d) { d["references"][0].erase("file"); }},
   };

@@ -1,0 +1,35 @@
+// What a plan tells a person about many sources without saying it ten thousand times.
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <vector>
+
+#include "builder/geo/crs.h"
+#include "builder/pipeline/layer_request.h"
+#include "builder/pipeline/open_sources.h"
+#include "builder/resample/placed_source.h"
+
+namespace vt::pipeline {
+
+// A remark of one kind about many files, cut short. `what` completes "and 12 more files that are ...".
+class Remarks {
+ public:
+  explicit Remarks(std::string what) : what_(std::move(what)) {}
+  void add(std::string text);
+  void append_to(std::vector<std::string>& warnings) const;
+
+ private:
+  std::string what_;
+  std::size_t count_ = 0;
+  std::vector<std::string> texts_;
+};
+
+// What should be known about sources before a long build: which are left out, moved, resampled, or may come out dark.
+void remark_on(const LayerRequest& request, const geo::Crs& crs, const std::vector<OpenSource>& sources,
+               const std::vector<resample::PlacedSource>& placed, std::vector<std::string>& warnings);
+
+// Which sources of a request are not there, in words; "" when all are.
+[[nodiscard]] std::string missing_text(const LayerRequest& request);
+
+}  // namespace vt::pipeline
