@@ -24,8 +24,6 @@ const std::filesystem::path kSource = VT_SOURCE_DIR;
 
 bool is_rewriting() { return std::getenv("VT_REWRITE_GOLDENS") != nullptr; }
 
-TileId tile_at(int level, std::uint32_t x, std::uint32_t y) { return {Level{static_cast<std::uint8_t>(level)}, x, y}; }
-
 // Stores get a random UUID; goldens must not.
 void set_uuid(Bytes& store) {
   for (const std::size_t slot : {std::size_t{0}, kSuperblockBytes})

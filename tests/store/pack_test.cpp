@@ -25,8 +25,6 @@ using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
 
-TileId tile_at(int level, std::uint32_t x, std::uint32_t y) { return {Level{static_cast<std::uint8_t>(level)}, x, y}; }
-
 // A file's newest generation taken apart with layout.h alone: where every record lies, and what it is.
 struct Record {
   std::uint64_t offset = 0;

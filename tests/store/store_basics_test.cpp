@@ -17,8 +17,6 @@ using testing::HasSubstr;
 constexpr TexelFormat kAllFormats[] = {TexelFormat::kRgb8,      TexelFormat::kRgba8,       TexelFormat::kBc1,    TexelFormat::kR32Float,
                                        TexelFormat::kRg32Float, TexelFormat::kRgba32Float, TexelFormat::kHash128};
 
-TileId tile_at(int level, std::uint32_t x, std::uint32_t y) { return {Level{static_cast<std::uint8_t>(level)}, x, y}; }
-
 TEST(Store, KeepsEveryFormatRawAndCompressed) {
   const TempFolder folder;
   Contents truth;
