@@ -57,6 +57,21 @@ struct TexelRect {
   return {x0, y0, x1 > x0 ? x1 - x0 : 0, y1 > y0 ? y1 - y0 : 0};
 }
 
+// `by` texels more on every side.
+[[nodiscard]] constexpr TexelRect grown(const TexelRect& rect, std::int64_t by) {
+  return {rect.x - by, rect.y - by, rect.width + 2 * by, rect.height + 2 * by};
+}
+
+// The same rectangle counted from another's north-west corner.
+[[nodiscard]] constexpr TexelRect from_corner_of(const TexelRect& origin, const TexelRect& rect) {
+  return {rect.x - origin.x, rect.y - origin.y, rect.width, rect.height};
+}
+
+// The texels of a level `steps` finer that `rect` covers.
+[[nodiscard]] constexpr TexelRect finer(const TexelRect& rect, int steps) {
+  return {rect.x << steps, rect.y << steps, rect.width << steps, rect.height << steps};
+}
+
 // The texels of a level `steps` coarser that have any part in `rect`. Rounds outward, also for negative coordinates.
 [[nodiscard]] constexpr TexelRect coarser(const TexelRect& rect, int steps) {
   const std::int64_t x0 = rect.x >> steps;

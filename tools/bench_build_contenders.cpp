@@ -86,6 +86,11 @@ std::vector<JobKind> jobs_for(const source::RasterInfo& info) {
           {"color", "box", "rgb8", "zstd:1"}};
 }
 
+const JobKind& compact_job() {
+  static const JobKind job = {"color", "kaiser3", "bc1", "zstd:3"};
+  return job;
+}
+
 std::string job_title(const JobKind& job) {
   return fmt::format("{}{} filter, {}, {}", job.channel == "color" ? "" : job.channel + ", ", job.kernel, job.format,
                      job.compression == "none" ? "uncompressed" : job.compression);

@@ -5,8 +5,6 @@
 namespace vt::bench {
 namespace {
 
-constexpr double kMib = 1024.0 * 1024.0;
-
 Table empty_table() {
   return Table({{"job", "job"},
                 {"kind", ""},

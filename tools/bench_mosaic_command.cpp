@@ -17,7 +17,6 @@
 namespace vt::bench {
 namespace {
 
-constexpr double kMib = 1024.0 * 1024.0;
 constexpr std::int64_t kTile = 256;
 constexpr std::int64_t kFileTiles = 2;  // along an edge of a file
 constexpr std::int64_t kFile = kFileTiles * kTile;
@@ -30,11 +29,6 @@ struct MosaicFlags {
   std::string scratch;
   ResultFlags results;
 };
-
-const JobKind& the_job() {
-  static const JobKind job = {"color", "kaiser3", "bc1", "zstd:3"};
-  return job;
-}
 
 // A rectangle of files, as square as it goes: what does not fill a row is left out.
 struct Grid {
@@ -111,8 +105,8 @@ Result<int> run(const MosaicFlags& flags) {
   VT_CHECK(warm_up(whole));
   VT_CHECK(warm_up(folder));
 
-  std::vector<Contender> contenders = {our_build(the_job(), whole.string(), true, setting),
-                                       our_build(the_job(), folder.string(), true, setting)};
+  std::vector<Contender> contenders = {our_build(compact_job(), whole.string(), true, setting),
+                                       our_build(compact_job(), folder.string(), true, setting)};
   contenders[0].name = "one file";
   contenders[1].name = fmt::format("{} files of {} x {}", grid.files(), kFile, kFile);
   VT_ASSIGN(const std::vector<Measured> measured, run_in_turn(contenders, flags.runs));
@@ -134,10 +128,10 @@ Result<int> run(const MosaicFlags& flags) {
                {"threads", ""},
                {"cpu", ""},
                {"cores", ""}});
-  const std::string subject = fmt::format("{}; {} threads; {} run{} of each; inputs in the page cache", job_title(the_job()), flags.threads,
-                                          flags.runs, flags.runs == 1 ? "" : "s");
+  const std::string subject = fmt::format("{}; {} threads; {} run{} of each; inputs in the page cache", job_title(compact_job()),
+                                          flags.threads, flags.runs, flags.runs == 1 ? "" : "s");
   BarChart chart{"A mosaic beside one file with the same texels", "Mpx/s of the finest level, median; longer is better", {}, {}};
-  chart.groups.push_back({job_title(the_job()), {}});
+  chart.groups.push_back({job_title(compact_job()), {}});
   for (std::size_t i = 0; i < contenders.size(); ++i) {
     const Measured& m = measured[i];
     const Spread seconds = m.spread();
@@ -154,7 +148,7 @@ Result<int> run(const MosaicFlags& flags) {
                          {"output_bytes", output},
                          {"output_mib", output / kMib},
                          {"sync_s", m.sync_median()},
-                         {"job", job_title(the_job())},
+                         {"job", job_title(compact_job())},
                          {"runs", double(flags.runs)},
                          {"threads", double(flags.threads)},
                          {"cpu", machine.cpu},

@@ -17,8 +17,6 @@
 namespace vt::bench {
 namespace {
 
-constexpr double kMib = 1024.0 * 1024.0;
-
 struct SizesFlags {
   std::string input;
   std::vector<double> gigapixels = {0.25, 1.0, 4.0, 16.0};
@@ -27,11 +25,6 @@ struct SizesFlags {
   std::string scratch;
   ResultFlags results;
 };
-
-const JobKind& the_job() {
-  static const JobKind job = {"color", "kaiser3", "bc1", "zstd:3"};
-  return job;
-}
 
 // Texels along an edge of a square of 2^30 texels times `gigapixels`, whole tiles of a store and at least one.
 std::int64_t edge_for(double gigapixels) {
@@ -63,7 +56,7 @@ Result<Size> measure(double gigapixels, const source::RasterSource& image, const
   const TiledTiffSpec spec{.width = size.edge, .height = size.edge, .tile = kPoolTile};
   VT_CHECK(write_pool_image(input, image, spec));
   VT_CHECK(sync_file(input));
-  const Contender ours = our_build(the_job(), input.string(), false, setting);
+  const Contender ours = our_build(compact_job(), input.string(), false, setting);
   size.measured.emplace();
   for (int run = 0; run < flags.runs; ++run) {
     VT_CHECK(run_once(ours, *size.measured));
@@ -99,7 +92,7 @@ Table table_of(const std::vector<Size>& sizes, const SizesFlags& flags) {
                                                           {"edge", double(size.edge)},
                                                           {"gigapixels", size.megapixels() * 1e6 / std::pow(2.0, 30)},
                                                           {"note", size.note},
-                                                          {"job", job_title(the_job())},
+                                                          {"job", job_title(compact_job())},
                                                           {"runs", double(flags.runs)},
                                                           {"threads", double(flags.threads)},
                                                           {"cpu", machine.cpu},
@@ -135,7 +128,7 @@ std::string chart_of(const std::vector<Size>& sizes, const std::string& subject)
   chart.y_axis = "Mpx/s of the finest level";
   chart.log_x = true;
   chart.notes = {subject, this_machine().text(), "Labels: peak resident memory."};
-  Series series{.name = job_title(the_job()), .points = {}};
+  Series series{.name = job_title(compact_job()), .points = {}};
   for (const Size& size : sizes)
     if (size.measured)
       series.points.push_back({size.megapixels() * 1e6 / std::pow(2.0, 30), size.rate(), cli::format_bytes(size.measured->peak_bytes)});
@@ -158,7 +151,7 @@ Result<int> run(const SizesFlags& flags) {
     VT_ASSIGN(Size size, measure(gigapixels, *image, flags, setting));
     sizes.push_back(std::move(size));
   }
-  const std::string subject = fmt::format("{}; {} threads; {} run{} of each size; input in the page cache", job_title(the_job()),
+  const std::string subject = fmt::format("{}; {} threads; {} run{} of each size; input in the page cache", job_title(compact_job()),
                                           flags.threads, flags.runs, flags.runs == 1 ? "" : "s");
   const std::string remarks = fmt::format(
       "Inputs are BigTIFFs of uncompressed 240 x 240 tiles. Their tables name {} stored tiles, cut from {}, again and again in a\n"

@@ -17,8 +17,6 @@
 namespace vt::bench {
 namespace {
 
-constexpr double kMib = 1024.0 * 1024.0;
-
 struct SourcesFlags {
   std::string input;
   std::int64_t size = 8192;
@@ -50,11 +48,6 @@ constexpr std::array<FileKind, 8> kKinds = {{
     {"tiled, JPEG", "tiled-jpeg.tif", 256, 16, Compression::kJpeg},
     {"PNG", "samples.png", 0, 16, Compression::kNone, true},
 }};
-
-const JobKind& the_job() {
-  static const JobKind job = {"color", "kaiser3", "bc1", "zstd:3"};
-  return job;
-}
 
 // The middle of `image`, by rows of one tile, so that little is in memory (but libtiff's own buffer of a whole strip).
 Result<void> write_tiff(const std::filesystem::path& path, const FileKind& kind, const source::RasterSource& image,
@@ -107,7 +100,7 @@ Result<KindResult> measure(const FileKind& kind, const std::filesystem::path& fi
   KindResult result;
   result.kind = &kind;
   result.file_bytes = std::filesystem::file_size(file);
-  const Contender ours = our_build(the_job(), file.string(), false, setting);
+  const Contender ours = our_build(compact_job(), file.string(), false, setting);
   VT_CHECK(warm_up(file));
   for (int run = 0; run < flags.runs; ++run) {
     VT_CHECK(run_once(ours, result.ours));
@@ -159,7 +152,7 @@ Table table_of(const std::vector<KindResult>& results, double megapixels, const 
                          {"file_mib", static_cast<double>(result.file_bytes) / kMib},
                          {"output_mib", static_cast<double>(result.ours.output_bytes) / kMib},
                          {"sync_s", result.ours.sync_median()},
-                         {"job", job_title(the_job())},
+                         {"job", job_title(compact_job())},
                          {"width", double(window.width)},
                          {"height", double(window.height)},
                          {"runs", double(flags.runs)},
@@ -224,7 +217,7 @@ Result<int> run(const SourcesFlags& flags) {
   }
 
   const std::string subject =
-      fmt::format("{}; the middle {} x {} samples of {}; {} threads; median of {} runs; input in the page cache", job_title(the_job()),
+      fmt::format("{}; the middle {} x {} samples of {}; {} threads; median of {} runs; input in the page cache", job_title(compact_job()),
                   window.width, window.height, info.path.filename().string(), flags.threads, flags.runs);
   const std::string remarks = fmt::format(
       "TIFFs are written by this project's writer over libtiff (deflate with a horizontal predictor, JPEG at libtiff's quality of 75), the "

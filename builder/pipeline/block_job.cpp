@@ -19,10 +19,6 @@ Result<void> for_each_chunk(const TexelRect& active, const Use& use) {
   return {};
 }
 
-TexelRect from_data_corner(const TexelRect& rect, const TexelRect& data) {
-  return {rect.x - data.x, rect.y - data.y, rect.width, rect.height};
-}
-
 }  // namespace
 
 // Takes finished rows from the cascade: texel levels into bands of tiles, the level above them into the carry tile.
@@ -164,7 +160,7 @@ Result<store::ContentHash> BlockJob::source_hash(std::int64_t index) {
   const InStage stage(clock_, Stage::kCheck);
   content_.reset();
   VT_CHECK(for_each_chunk(work_.active(0, index), [&](const TexelRect& rect) {
-    return plan_.sampler->hash(from_data_corner(rect, plan_.info.data), chunk_, content_);
+    return plan_.sampler->hash(from_corner_of(plan_.info.data, rect), chunk_, content_);
   }));
   return content_.digest();
 }
@@ -179,7 +175,7 @@ Result<void> BlockJob::feed_from_sources(pyramid::BlockCascade& cascade, Output&
     if (cancel != nullptr && cancel->load(std::memory_order_relaxed)) return fail(ErrorCode::kCancelled, "stopped");
     {
       const InStage stage(clock_, Stage::kRead);
-      VT_CHECK(plan_.sampler->load(from_data_corner(rect, plan_.info.data), chunk_, &content_));
+      VT_CHECK(plan_.sampler->load(from_corner_of(plan_.info.data, rect), chunk_, &content_));
     }
     for (std::int64_t row = rect.y; row < rect.bottom(); ++row) {
       const channels::PlaneRow planes = cascade.begin_row();

@@ -57,6 +57,4 @@ Result<void> BlockMarks::set(const Tier& tier, std::int64_t index, const store::
   return writer_.put_constant(layer_, mark_tile(tier, index), hash.bytes);
 }
 
-Result<void> BlockMarks::remove(const Tier& tier, std::int64_t index) { return writer_.remove(layer_, mark_tile(tier, index)); }
-
 }  // namespace vt::pipeline

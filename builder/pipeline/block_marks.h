@@ -26,7 +26,6 @@ class BlockMarks {
   // nullopt: never built.
   [[nodiscard]] Result<std::optional<store::ContentHash>> find(const Tier& tier, std::int64_t index) const;
   [[nodiscard]] Result<void> set(const Tier& tier, std::int64_t index, const store::ContentHash& hash);
-  [[nodiscard]] Result<void> remove(const Tier& tier, std::int64_t index);
 
  private:
   store::StoreWriter& writer_;

@@ -10,6 +10,7 @@
 
 #include "builder/pipeline/build_memory.h"
 #include "builder/pipeline/built_layer.h"
+#include "builder/pipeline/parallel.h"
 #include "builder/pipeline/source_check.h"
 
 namespace vt::pipeline {
@@ -186,7 +187,7 @@ Result<void> build_tiers(store::StoreWriter& writer, const LayerPlan& plan, cons
 Result<BuildReport> build_layer(store::StoreWriter& writer, const LayerPlan& plan, const BuildOptions& options) {
   const auto start = Clock::now();
   BuildReport report;
-  report.threads = options.threads > 0 ? options.threads : std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+  report.threads = thread_count(options.threads);
   int block_levels = options.block_levels;
   if (block_levels == 0) {
     VT_ASSIGN(block_levels, choose_block_levels(plan, report.threads, options.memory_bytes));

@@ -2,9 +2,11 @@
 
 #include <algorithm>
 #include <iterator>
+#include <memory>
 #include <mutex>
 #include <numeric>
-#include <thread>
+
+#include "builder/pipeline/parallel.h"
 
 namespace vt::pipeline {
 namespace {
@@ -42,44 +44,36 @@ Result<SourceCheck> check_sources(store::StoreWriter& writer, const LayerPlan& p
 
   SourceCheck check;
   check.checked = static_cast<std::int64_t>(candidates.size());
-  std::atomic<std::size_t> next{0};
   std::atomic<std::uint64_t> done{0};
-  std::mutex mutex;  // guards what follows
-  std::optional<Error> error;
-  const auto compare = [&](BlockJob& job, std::int64_t index) -> Result<void> {
+  std::mutex mutex;                                  // guards what follows, and check.changed
+  std::vector<std::unique_ptr<BlockJob>> idle_jobs;  // their buffers are large, so they are lent from block to block
+  const auto borrow_job = [&] {
+    const std::lock_guard lock(mutex);
+    if (idle_jobs.empty()) return std::make_unique<BlockJob>(plan, work, layer.ids, writer, options.with_stats);
+    auto job = std::move(idle_jobs.back());
+    idle_jobs.pop_back();
+    return job;
+  };
+  const auto compare = [&](std::size_t i) -> Result<void> {
     if (options.cancel != nullptr && options.cancel->load()) return fail(ErrorCode::kCancelled, "stopped");
-    VT_ASSIGN(const auto mark, marks.find(work.tiers()[0], index));
+    VT_ASSIGN(const auto mark, marks.find(work.tiers()[0], candidates[i]));
     bool is_same = false;
+    auto job = borrow_job();
     if (mark && *mark != kStaleMark) {
-      VT_ASSIGN(const store::ContentHash now, job.source_hash(index));
+      VT_ASSIGN(const store::ContentHash now, job->source_hash(candidates[i]));
       is_same = now == *mark;
     }
-    if (!is_same) {
+    {
       const std::lock_guard lock(mutex);
-      check.changed.push_back(index);
+      if (!is_same) check.changed.push_back(candidates[i]);
+      idle_jobs.push_back(std::move(job));
     }
+    const std::uint64_t count = ++done;
+    if (options.check_progress) options.check_progress(count, candidates.size());
     return {};
   };
-  const auto work_through = [&] {
-    BlockJob job(plan, work, layer.ids, writer, options.with_stats);
-    for (std::size_t i = next++; i < candidates.size(); i = next++) {
-      if (auto compared = compare(job, candidates[i]); !compared) {
-        const std::lock_guard lock(mutex);
-        if (!error) error = compared.error();
-        next = candidates.size();
-        break;
-      }
-      const std::uint64_t count = ++done;
-      if (options.check_progress) options.check_progress(count, candidates.size());
-    }
-    const std::lock_guard lock(mutex);
-    check.stages += job.clock().times();
-  };
-  {
-    std::vector<std::jthread> workers;
-    for (int i = 0; i < threads; ++i) workers.emplace_back(work_through);
-  }
-  if (error) return tl::unexpected(*error);
+  VT_CHECK(for_each_index(candidates.size(), threads, compare));
+  for (const auto& job : idle_jobs) check.stages += job->clock().times();
   std::sort(check.changed.begin(), check.changed.end());
   return check;
 }

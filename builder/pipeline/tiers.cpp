@@ -11,8 +11,6 @@ TileId Tier::carry_tile(std::int64_t index) const {
           static_cast<std::uint32_t>(first_row + index / columns)};
 }
 
-std::int64_t Tier::block_of_carry(TileId tile) const { return (tile.y - first_row) * columns + (tile.x - first_column); }
-
 std::vector<Tier> plan_tiers(const LayerInfo& info, int levels) {
   std::vector<Tier> tiers;
   for (int base = info.finest.value; base >= 0; base -= levels) {

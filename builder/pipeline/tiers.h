@@ -30,8 +30,12 @@ struct Tier {
   [[nodiscard]] TexelRect block(std::int64_t index) const;
   // The tile of the carry level that a block is responsible for.
   [[nodiscard]] TileId carry_tile(std::int64_t index) const;
+  // Which one lies in a column and row of blocks.
+  [[nodiscard]] std::int64_t index_of(std::int64_t column, std::int64_t row) const {
+    return (row - first_row) * columns + (column - first_column);
+  }
   // The block that is responsible for a carry tile.
-  [[nodiscard]] std::int64_t block_of_carry(TileId tile) const;
+  [[nodiscard]] std::int64_t block_of_carry(TileId tile) const { return index_of(tile.x, tile.y); }
 };
 
 // A block spans 2^levels tiles along an edge, so one carry tile each.

@@ -7,8 +7,6 @@
 namespace vt::pipeline {
 namespace {
 
-TexelRect grown(const TexelRect& rect, std::int64_t by) { return {rect.x - by, rect.y - by, rect.width + 2 * by, rect.height + 2 * by}; }
-
 // The tier's blocks that have any part in `texels` of its base level, as a rectangle counted in blocks.
 TexelRect blocks_over(const Tier& tier, const TexelRect& texels) {
   const TexelRect inside = intersect(texels, tier.data);
@@ -16,10 +14,6 @@ TexelRect blocks_over(const Tier& tier, const TexelRect& texels) {
   const std::int64_t x0 = inside.x / tier.block_texels;
   const std::int64_t y0 = inside.y / tier.block_texels;
   return {x0, y0, (inside.right() - 1) / tier.block_texels - x0 + 1, (inside.bottom() - 1) / tier.block_texels - y0 + 1};
-}
-
-std::int64_t index_of(const Tier& tier, std::int64_t column, std::int64_t row) {
-  return (row - tier.first_row) * tier.columns + (column - tier.first_column);
 }
 
 }  // namespace
@@ -39,8 +33,8 @@ TexelRect WorkMap::active(std::size_t tier, std::int64_t index) const {
 bool WorkMap::is_touched(std::size_t tier, std::int64_t index) const {
   const int steps = plan_.info.finest.value - tiers_[tier].base.value;
   const TexelRect base = active(tier, index);
-  const TexelRect finest = intersect({base.x << steps, base.y << steps, base.width << steps, base.height << steps}, plan_.info.data);
-  return plan_.sampler->touches({finest.x - plan_.info.data.x, finest.y - plan_.info.data.y, finest.width, finest.height});
+  const TexelRect finest = intersect(finer(base, steps), plan_.info.data);
+  return plan_.sampler->touches(from_corner_of(plan_.info.data, finest));
 }
 
 std::vector<std::int64_t> WorkMap::touched(std::size_t tier) const {
@@ -55,16 +49,16 @@ std::vector<std::int64_t> WorkMap::touched(std::size_t tier) const {
 void WorkMap::collect(std::size_t tier, const TexelRect& blocks, std::size_t wanted, std::vector<std::int64_t>& out) const {
   for (std::int64_t row = blocks.y; row < blocks.bottom(); ++row)
     for (std::int64_t column = blocks.x; column < blocks.right(); ++column) {
-      const std::int64_t index = index_of(tiers_[tier], column, row);
+      const std::int64_t index = tiers_[tier].index_of(column, row);
       if (!is_touched(tier, index)) continue;
       if (tier == wanted) {
         out.push_back(index);
         continue;
       }
-      const Tier& finer = tiers_[tier - 1];
+      const Tier& below = tiers_[tier - 1];
       const TexelRect core = intersect(tiers_[tier].block(index), tiers_[tier].data);
-      const int steps = finer.base.value - tiers_[tier].base.value;
-      collect(tier - 1, blocks_over(finer, {core.x << steps, core.y << steps, core.width << steps, core.height << steps}), wanted, out);
+      const int steps = below.base.value - tiers_[tier].base.value;
+      collect(tier - 1, blocks_over(below, finer(core, steps)), wanted, out);
     }
 }
 
@@ -76,7 +70,7 @@ std::vector<std::int64_t> WorkMap::dependents(std::size_t tier, std::int64_t ind
   const TexelRect carry = rect_of(tiers_[tier].carry_tile(index), plan_.info.tile_exponent);
   const TexelRect blocks = blocks_over(next, grown(carry, aprons_[tier + 1]));
   for (std::int64_t row = blocks.y; row < blocks.bottom(); ++row)
-    for (std::int64_t column = blocks.x; column < blocks.right(); ++column) found.push_back(index_of(next, column, row));
+    for (std::int64_t column = blocks.x; column < blocks.right(); ++column) found.push_back(next.index_of(column, row));
   return found;
 }
 

@@ -7,13 +7,6 @@
 #include "builder/pyramid/reduce_rows.h"
 
 namespace vt::pyramid {
-namespace {
-
-TexelRect grown(const TexelRect& rect, std::int64_t apron) {
-  return {rect.x - apron, rect.y - apron, rect.width + 2 * apron, rect.height + 2 * apron};
-}
-
-}  // namespace
 
 std::vector<BlockLevel> plan_block(const TexelRect& core, const TexelRect& data, int outputs, bool with_carry,
                                    const HalvingKernel& kernel) {

@@ -65,6 +65,10 @@ TEST(Determinism, ThreadsBlocksMemoryAndInterruptionsDoNotShow) {
             ASSERT_TRUE(writer.has_value());
             const auto stopped = build_layer(*writer, *plan, options);
             ASSERT_TRUE(stopped.has_value() || stopped.error().code == ErrorCode::kCancelled) << stopped.error().message;
+            // Of many blocks some are left when the first is done; a layer of one block or two may be done before it notices.
+            if (block_levels == 1 && stop_percent == 5) {
+              ASSERT_FALSE(stopped.has_value()) << c.name;
+            }
           }
           build(path, request, {.threads = 4 - threads, .memory_bytes = std::size_t{256} << 20});
           ASSERT_TRUE(tiles_of(path, request.name) == reference().tiles(c))

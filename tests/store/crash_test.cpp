@@ -29,8 +29,6 @@ struct LoggedOperation {
   Bytes bytes;
 };
 
-TileId tile_at(int level, std::uint32_t x, std::uint32_t y) { return {Level{static_cast<std::uint8_t>(level)}, x, y}; }
-
 const LayerInfo& test_layer() {
   static const LayerInfo layer = small_layer("l", TexelFormat::kRgb8, 2, 6);
   return layer;

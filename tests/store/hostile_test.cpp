@@ -21,8 +21,6 @@ namespace {
 
 using namespace test;
 
-TileId tile_at(int level, std::uint32_t x, std::uint32_t y) { return {Level{static_cast<std::uint8_t>(level)}, x, y}; }
-
 // Two generations with raw, compressed and constant tiles, a replaced tile (so that there is garbage), and an index two pages deep.
 struct Victim {
   Bytes bytes;

@@ -26,8 +26,6 @@ using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
 
-TileId tile_at(int level, std::uint32_t x, std::uint32_t y) { return {Level{static_cast<std::uint8_t>(level)}, x, y}; }
-
 // A file's newest generation taken apart with layout.h alone: where every record lies, and what it is.
 struct Record {
   std::uint64_t offset = 0;
@@ -65,8 +63,9 @@ Anatomy anatomy_of(const std::filesystem::path& path) {
   const Bytes file = read_file(path);
   Anatomy anatomy{.superblock = choose_superblock(std::span(file).first(kLogStart), file.size()).value()};
   const Reference& at = anatomy.superblock.catalog;
-  anatomy.catalog =
-      decode_catalog(std::span(file).subspan(at.offset + kRecordHeaderBytes, at.stored_bytes), anatomy.superblock.file_end, anatomy.superblock.version).value();
+  anatomy.catalog = decode_catalog(std::span(file).subspan(at.offset + kRecordHeaderBytes, at.stored_bytes), anatomy.superblock.file_end,
+                                   anatomy.superblock.version)
+                        .value();
   std::map<std::uint64_t, Record> records;
   records[at.offset] = {at.offset, at.record_bytes(), RecordType::kCatalog};
   for (const CatalogLayer& layer : anatomy.catalog.layers)

@@ -16,8 +16,6 @@ namespace {
 
 using namespace test;
 
-TileId tile_at(int level, std::uint32_t x, std::uint32_t y) { return {Level{static_cast<std::uint8_t>(level)}, x, y}; }
-
 // Levels 0 to 7 whole but for a few holes, and scattered tiles down to level 23: full leaves, full inner pages and sparse ones.
 struct LookupTest : testing::Test {
   TempFolder folder;

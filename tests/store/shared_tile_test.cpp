@@ -20,8 +20,6 @@ namespace {
 
 using namespace test;
 
-TileId tile_at(int level, std::uint32_t x, std::uint32_t y) { return {Level{static_cast<std::uint8_t>(level)}, x, y}; }
-
 // Content number `number` of a layer.
 Bytes content(const LayerInfo& layer, int number) { return tile_bytes(layer, {}, number); }
 

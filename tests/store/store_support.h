@@ -16,6 +16,7 @@
 #include "store/result.h"
 #include "store/store_reader.h"
 #include "store/store_writer.h"
+#include "store/tile_id.h"
 #include "tests/support/temp_folder.h"
 
 namespace vt::store::test {
@@ -26,6 +27,8 @@ using vt::test::TempFolder;
 
 [[nodiscard]] Bytes read_file(const std::filesystem::path& path);
 void write_file(const std::filesystem::path& path, std::span<const std::byte> bytes);
+
+[[nodiscard]] inline TileId tile_at(int level, std::uint32_t x, std::uint32_t y) { return {Level{static_cast<std::uint8_t>(level)}, x, y}; }
 
 // A layer whose data fill the padded square.
 [[nodiscard]] LayerInfo small_layer(std::string name, TexelFormat format, int tile_exponent, int finest);

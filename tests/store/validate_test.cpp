@@ -18,8 +18,6 @@ using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
 
-TileId tile_at(int level, std::uint32_t x, std::uint32_t y) { return {Level{static_cast<std::uint8_t>(level)}, x, y}; }
-
 // The garbage of earlier catalogs is in every store and left out here.
 std::vector<Finding> findings_in(const std::filesystem::path& path, const ValidateOptions& options = {}) {
   std::vector<Finding> findings = value_of(validate(path, options)).findings;
