@@ -1,5 +1,6 @@
 #include "store/texel_decoder.h"
 
+#include <algorithm>
 #include <bit>
 #include <cassert>
 #include <vector>
@@ -7,8 +8,11 @@
 #include "store/bc1.h"
 #include "store/bc3.h"
 #include "store/bc4.h"
+#include "store/bc6h.h"
+#include "store/bc7.h"
 #include "store/bytes.h"
 #include "store/half.h"
+#include "store/rgb9e5.h"
 
 namespace vt::store {
 namespace {
@@ -27,6 +31,21 @@ void decode_colors(void (*decode)(std::span<const std::byte>, std::size_t, std::
   decode(payload, width, height, rgba);
   for (std::size_t texel = 0; texel < width * height; ++texel)
     for (std::size_t c = 0; c < channels; ++c) out[texel * channels + c] = static_cast<float>(rgba[texel * 4 + c]);
+}
+
+void decode_bc6h(std::span<const std::byte> payload, std::size_t width, std::size_t height, std::span<float> out) {
+  thread_local std::vector<std::byte> rgba16f;
+  rgba16f.resize(width * height * 8);
+  decode_bc6h_image(payload, width, height, rgba16f);
+  for (std::size_t texel = 0; texel < width * height; ++texel)
+    for (std::size_t c = 0; c < 3; ++c) out[texel * 3 + c] = float_from_half(get<std::uint16_t>(rgba16f, texel * 8 + c * 2));
+}
+
+void decode_rgb9e5(std::span<const std::byte> payload, std::span<float> out) {
+  for (std::size_t texel = 0; texel < payload.size() / 4; ++texel) {
+    const auto rgb = unpack_rgb9e5(get<std::uint32_t>(payload, texel * 4));
+    std::copy(rgb.begin(), rgb.end(), out.begin() + static_cast<std::ptrdiff_t>(texel * 3));
+  }
 }
 
 }  // namespace
@@ -57,6 +76,12 @@ void decode_texels(TexelFormat format, std::span<const std::byte> payload, std::
       return decode_bc4_image(payload, width, height, out);
     case TexelFormat::kBc5:
       return decode_bc5_image(payload, width, height, out);
+    case TexelFormat::kBc6h:
+      return decode_bc6h(payload, width, height, out);
+    case TexelFormat::kBc7:
+      return decode_colors(decode_bc7_image, payload, width, height, info.channels, out);
+    case TexelFormat::kRgb9e5:
+      return decode_rgb9e5(payload, out);
     default:
       assert(false);
   }
