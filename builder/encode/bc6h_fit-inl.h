@@ -11,6 +11,7 @@
 
 HWY_BEFORE_NAMESPACE();
 namespace vt::encode::HWY_NAMESPACE {
+namespace {
 
 constexpr float kLargestHalfCode = 31743.0F;  // 65504
 
@@ -157,6 +158,7 @@ HWY_INLINE F evaluate_halves(const HalfEnd& end0, const HalfEnd& end1, const Lin
   return error;
 }
 
+}  // namespace
 }  // namespace vt::encode::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 

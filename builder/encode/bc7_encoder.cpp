@@ -1,11 +1,9 @@
 #include "builder/encode/bc7_encoder.h"
 
-#include <array>
-#include <cassert>
 #include <cstdint>
-#include <cstring>
 
 #include "builder/encode/bc7_block.h"
+#include "builder/encode/block_batches.h"
 
 // Vectors without a compile-time size cannot be members of structs.
 #define HWY_DISABLED_TARGETS (HWY_SVE | HWY_SVE2 | HWY_SVE_256 | HWY_SVE2_128 | HWY_RVV)
@@ -129,25 +127,9 @@ HWY_INLINE void encode_batch(const std::uint8_t* rows, std::size_t pitch, Qualit
   write_blocks(best, blocks);
 }
 
-void encode_rgba(const std::uint8_t* rgba, std::size_t width, std::size_t height, std::size_t pitch, Quality quality,
-                 std::uint8_t* blocks) {
-  constexpr std::size_t kBatchRowBytes = kMaxLanes * 16;
-  const std::size_t blocks_across = width / 4;
-  for (std::size_t y = 0; y < height; y += 4) {
-    const std::uint8_t* rows = rgba + y * pitch;
-    std::uint8_t* out = blocks + y / 4 * blocks_across * 16;
-    std::size_t x = 0;
-    for (; x + kMaxLanes <= blocks_across; x += kMaxLanes) encode_batch(rows + x * 16, pitch, quality, out + x * 16);
-    if (x == blocks_across) continue;
-
-    // The rest of the row, in a batch with idle lanes.
-    const std::size_t rest = blocks_across - x;
-    std::array<std::uint8_t, 4 * kBatchRowBytes> padded{};
-    std::array<std::uint8_t, kMaxLanes * 16> padded_out;
-    for (std::size_t row = 0; row < 4; ++row) std::memcpy(padded.data() + row * kBatchRowBytes, rows + row * pitch + x * 16, rest * 16);
-    encode_batch(padded.data(), kBatchRowBytes, quality, padded_out.data());
-    std::memcpy(out + x * 16, padded_out.data(), rest * 16);
-  }
+void encode_rgba(const BlockJob& job) {
+  for_each_batch<kMaxLanes, 4, 16>(
+      job, [&job](const std::uint8_t* rows, std::size_t pitch, std::uint8_t* blocks) { encode_batch(rows, pitch, job.quality, blocks); });
 }
 
 }  // namespace
@@ -161,14 +143,7 @@ HWY_EXPORT(encode_rgba);
 
 void encode_bc7_image(std::span<const std::byte> rgba, std::size_t width, std::size_t height, std::size_t row_pitch_bytes, Quality quality,
                       std::span<std::byte> blocks) {
-  assert(width % 4 == 0 && height % 4 == 0);
-  assert(row_pitch_bytes >= width * 4);
-  assert(blocks.size() == width * height);
-  if (width == 0 || height == 0) return;
-  assert(rgba.size() >= (height - 1) * row_pitch_bytes + width * 4);
-  HWY_DYNAMIC_DISPATCH(encode_rgba)
-  (reinterpret_cast<const std::uint8_t*>(rgba.data()), width, height, row_pitch_bytes, quality,
-   reinterpret_cast<std::uint8_t*>(blocks.data()));
+  HWY_DYNAMIC_DISPATCH(encode_rgba)(block_job(rgba, width, height, row_pitch_bytes, 4, quality, blocks, 16));
 }
 
 }  // namespace vt::encode

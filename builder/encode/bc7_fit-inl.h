@@ -11,6 +11,7 @@
 
 HWY_BEFORE_NAMESPACE();
 namespace vt::encode::HWY_NAMESPACE {
+namespace {
 
 // Codes of one end point and what they decode to.
 template <int kChannels>
@@ -149,6 +150,7 @@ HWY_INLINE SubsetCode<kChannels> fitted(const Texels<kChannels>& texels, const P
   return best;
 }
 
+}  // namespace
 }  // namespace vt::encode::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 

@@ -15,6 +15,7 @@
 
 HWY_BEFORE_NAMESPACE();
 namespace vt::encode::HWY_NAMESPACE {
+namespace {
 namespace hn = hwy::HWY_NAMESPACE;
 
 using FloatTag = hn::ScalableTag<float>;
@@ -240,6 +241,7 @@ HWY_INLINE F off_axis(const Color<kChannels> (&rows)[kChannels]) {
   return hn::Sub(trace, along);
 }
 
+}  // namespace
 }  // namespace vt::encode::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 

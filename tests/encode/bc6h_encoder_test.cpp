@@ -10,7 +10,7 @@
 #include "store/bc6h.h"
 #include "tests/encode/bc6h_definition.h"
 #include "tests/encode/bc6h_images.h"
-#include "tests/encode/cpu_targets.h"
+#include "tests/encode/simd_targets.h"
 
 namespace vt::encode {
 namespace {
@@ -69,14 +69,14 @@ HalfImage storable(HalfImage image) {
 
 TEST(Bc6hEncoder, EveryTargetMakesTheBytesOfTheDefinition) {
   const HalfImage image = hostile_image();
-  ASSERT_FALSE(supported_targets().empty());
+  ASSERT_FALSE(targets().empty());
   for (const Quality quality : kQualities) {
     std::vector<std::byte> defined;
     for (std::size_t i = 0; i < image.width * image.height / 16; ++i) {
       const auto block = encode_bc6h_block_by_definition(block_texels(image, i), quality);
       defined.insert(defined.end(), block.begin(), block.end());
     }
-    for (const std::int64_t target : supported_targets()) {
+    for (const std::int64_t target : targets()) {
       const ForcedTarget forced(target);
       const std::vector<std::byte> blocks = encoded_bc6h(image, quality);
       std::size_t different = 0;

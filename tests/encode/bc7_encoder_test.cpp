@@ -11,7 +11,7 @@
 #include "store/bc7.h"
 #include "tests/encode/bc7_definition.h"
 #include "tests/encode/bc7_images.h"
-#include "tests/encode/cpu_targets.h"
+#include "tests/encode/simd_targets.h"
 
 namespace vt::encode {
 namespace {
@@ -64,14 +64,14 @@ RgbaImage hostile_image() {
 
 TEST(Bc7Encoder, EveryTargetMakesTheBytesOfTheDefinition) {
   const RgbaImage image = hostile_image();
-  ASSERT_FALSE(supported_targets().empty());
+  ASSERT_FALSE(targets().empty());
   for (const Quality quality : kQualities) {
     std::vector<std::byte> defined;
     for (std::size_t i = 0; i < image.width * image.height / 16; ++i) {
       const auto block = encode_bc7_block_by_definition(block_texels(image, i), quality);
       defined.insert(defined.end(), block.begin(), block.end());
     }
-    for (const std::int64_t target : supported_targets()) {
+    for (const std::int64_t target : targets()) {
       const ForcedTarget forced(target);
       const std::vector<std::byte> blocks = encoded_bc7(image, quality);
       std::size_t different = 0;

@@ -1,4 +1,4 @@
-// Every vector unit that the encoders are compiled for and this processor has.
+// Runs a test on every SIMD target of this machine.
 #pragma once
 
 #include <hwy/highway.h>
@@ -8,7 +8,7 @@
 
 namespace vt::encode {
 
-inline std::vector<std::int64_t> supported_targets() {
+inline std::vector<std::int64_t> targets() {
   std::vector<std::int64_t> found;
   const std::int64_t supported = hwy::SupportedTargets() & HWY_TARGETS;
   for (const std::int64_t target : {HWY_SCALAR, HWY_EMU128, HWY_SSSE3, HWY_SSE4, HWY_AVX2, HWY_AVX3, HWY_AVX3_DL, HWY_NEON})
