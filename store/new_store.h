@@ -10,6 +10,7 @@
 #include <span>
 #include <vector>
 
+#include "store/catalog.h"
 #include "store/file.h"
 #include "store/layout.h"
 #include "store/result.h"
