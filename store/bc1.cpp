@@ -22,32 +22,37 @@ Rgb rgb_from_565(std::uint32_t color) {
           static_cast<std::uint8_t>(b << 3U | b >> 2U)};
 }
 
-}  // namespace
-
-Bc1Texels decode_bc1_block(std::span<const std::byte, 8> block) {
+Bc1Texels decode_colors(std::span<const std::byte, 8> block, bool has_three_color_mode) {
   const std::uint32_t color0 = little_endian(block.subspan<0, 2>());
   const std::uint32_t color1 = little_endian(block.subspan<2, 2>());
   const std::uint32_t indices = little_endian(block.subspan<4, 4>());
   const Rgb end0 = rgb_from_565(color0);
   const Rgb end1 = rgb_from_565(color1);
 
-  // The order of the two colours chooses the mode: four opaque colours, or three and transparent black.
+  // Four opaque colours, or three and transparent black.
+  const bool four_colors = !has_three_color_mode || color0 > color1;
   std::array<std::array<std::uint8_t, 4>, 4> palette{};
   for (std::size_t c = 0; c < 3; ++c) {
     const unsigned a = end0[c];
     const unsigned b = end1[c];
     palette[0][c] = end0[c];
     palette[1][c] = end1[c];
-    palette[2][c] = static_cast<std::uint8_t>(color0 > color1 ? (2 * a + b + 1) / 3 : (a + b) / 2);
-    palette[3][c] = static_cast<std::uint8_t>(color0 > color1 ? (a + 2 * b + 1) / 3 : 0);
+    palette[2][c] = static_cast<std::uint8_t>(four_colors ? (2 * a + b + 1) / 3 : (a + b) / 2);
+    palette[3][c] = static_cast<std::uint8_t>(four_colors ? (a + 2 * b + 1) / 3 : 0);
   }
   palette[0][3] = palette[1][3] = palette[2][3] = 255;
-  palette[3][3] = color0 > color1 ? 255 : 0;
+  palette[3][3] = four_colors ? 255 : 0;
 
   Bc1Texels texels;
   for (std::size_t i = 0; i < 16; ++i) texels[i] = palette[indices >> (2 * i) & 3U];
   return texels;
 }
+
+}  // namespace
+
+Bc1Texels decode_bc1_block(std::span<const std::byte, 8> block) { return decode_colors(block, true); }
+
+Bc1Texels decode_four_color_block(std::span<const std::byte, 8> block) { return decode_colors(block, false); }
 
 void decode_bc1_image(std::span<const std::byte> blocks, std::size_t width, std::size_t height, std::span<std::byte> rgba) {
   assert(width % 4 == 0 && height % 4 == 0);
