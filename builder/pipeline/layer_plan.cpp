@@ -31,6 +31,26 @@ Result<pyramid::HalvingKernel> choose_kernel(const LayerRequest& request) {
   return *kernel;
 }
 
+channels::ChannelSettings settings_for(const LayerRequest& request, const LayerInfo& info) {
+  return {.channel = request.channel, .format = info.format, .transfer = info.transfer, .options = request.options};
+}
+
+// What the codec adds to a layer whose place and size are known: the meaning of its numbers, and the parts beside it.
+void describe_parts(LayerPlan& plan) {
+  for (const channels::Part& part : plan.codec->parts()) {
+    LayerInfo info = plan.info;
+    if (!part.suffix.empty()) {
+      info.name += "/" + part.suffix;
+      info.transfer = Transfer::kLinear;
+    }
+    info.format = part.format;
+    info.components = part.ranges;
+    info.zero_is_nodata = part.zero_is_nodata;
+    plan.parts.push_back(std::move(info));
+  }
+  plan.info = plan.parts.front();
+}
+
 // All of the layer but its place and size. `may_be_empty`: there can be texels without data inside a source.
 Result<LayerInfo> describe_layer(const LayerRequest& request, bool may_be_empty, std::optional<double> nodata) {
   LayerInfo info;
@@ -81,6 +101,7 @@ nlohmann::ordered_json settings_of(const LayerPlan& plan, const std::vector<Open
   settings["channel"] = channel_info(request.channel).name;
   settings["format"] = format_info(plan.info.format).name;
   settings["kernel"] = plan.kernel.name;
+  for (const auto& [name, value] : request.options) settings["options"][name] = value;
   settings["compression"] = request.compression;
   settings["tile"] = request.tile_texels;
   settings["crs"] = plan.crs.text();
@@ -153,12 +174,14 @@ Result<void> plan_with_sources(const LayerRequest& request, const std::optional<
     return {};
   }));
   CodecShelf codecs;
+  const channels::ChannelSettings settings = settings_for(request, plan.info);
   for (std::size_t i = 0; i < placed.size(); ++i) {
-    auto codec = codecs.codec_for(plan.info, placed[i].layout);
+    auto codec = codecs.codec_for(settings, placed[i].layout);
     if (!codec) return fail(codec.error().code, sources[i].request.path.string() + ": " + codec.error().message);
     placed[i].codec = std::move(*codec);
   }
   plan.codec = placed.front().codec;
+  describe_parts(plan);
   plan.source_load = load_of(sources, placed, plan.info, options.source_cache_bytes);
   remark_on(request, plan.crs, sources, placed, plan.warnings);
   plan.settings = settings_of(plan, sources);
@@ -189,9 +212,10 @@ Result<void> plan_without_sources(const LayerRequest& request, const std::option
                                       .has_alpha = expected.has_alpha && request.channel == ChannelType::kColor,
                                       .nodata = expected.nodata,
                                       .range = request.range};
-  auto codec = CodecShelf().codec_for(plan.info, layout);
+  auto codec = CodecShelf().codec_for(settings_for(request, plan.info), layout);
   if (!codec) return fail(codec.error().code, "layer '" + request.name + "': " + codec.error().message);
   plan.codec = std::move(*codec);
+  describe_parts(plan);
   plan.source_load = expected_load(request, layout, plan.info, options.source_cache_bytes);
   plan.warnings.push_back("layer '" + request.name + "': " + missing + "; planned from its area, gsd, crs and expected samples");
   return {};

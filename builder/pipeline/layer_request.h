@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "builder/channels/channel_settings.h"
 #include "builder/geo/crs.h"
 #include "builder/resample/placed_source.h"
 #include "store/channel.h"
@@ -38,7 +39,8 @@ struct LayerRequest {
   ChannelType channel = ChannelType::kColor;
   std::vector<SourceRequest> sources;  // later ones lie over earlier ones
   std::optional<TexelFormat> format;   // default: the channel's, with coverage when the source has it
-  std::string kernel;                  // "" = kaiser3 for colour, box for elevation
+  channels::Options options;           // of the channel, see builder/channels/channel_options.h
+  std::string kernel;                  // "": the channel's own, see layer_kernel.h
   std::string compression = "zstd:3";
   int tile_texels = 256;
   std::optional<double> gsd_m;  // metres per texel of the finest level (of the grid if projected, on the ground if in degrees); default:

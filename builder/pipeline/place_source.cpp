@@ -60,10 +60,11 @@ std::int64_t snapped(double offset) { return static_cast<std::int64_t>(std::ceil
 
 }  // namespace
 
-Result<std::shared_ptr<const channels::ChannelCodec>> CodecShelf::codec_for(const LayerInfo& layer, const channels::SampleLayout& layout) {
+Result<std::shared_ptr<const channels::ChannelCodec>> CodecShelf::codec_for(const channels::ChannelSettings& settings,
+                                                                            const channels::SampleLayout& layout) {
   for (const auto& [known, codec] : codecs_)
     if (resample::same_layout(known, layout)) return codec;
-  VT_ASSIGN(std::shared_ptr<const channels::ChannelCodec> made, channels::make_codec(layer.channel, layout, layer.transfer, layer.format));
+  VT_ASSIGN(std::shared_ptr<const channels::ChannelCodec> made, channels::make_codec(settings, layout));
   return codecs_.emplace_back(layout, std::move(made)).second;
 }
 

@@ -18,8 +18,8 @@ namespace vt::pipeline {
 // The codecs of one layer. Sources of one sample layout share one: some hold tables, and a mosaic has thousands of sources. For one thread.
 class CodecShelf {
  public:
-  // As channels::make_codec.
-  [[nodiscard]] Result<std::shared_ptr<const channels::ChannelCodec>> codec_for(const LayerInfo& layer,
+  // `settings` of the layer, the same in every call. Errors as channels::make_codec.
+  [[nodiscard]] Result<std::shared_ptr<const channels::ChannelCodec>> codec_for(const channels::ChannelSettings& settings,
                                                                                 const channels::SampleLayout& layout);
 
  private:
