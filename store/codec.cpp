@@ -285,6 +285,10 @@ Result<PayloadView> encode_payload(std::span<const std::byte> raw, const TileSha
   return fail(ErrorCode::kUsage, "codec " + std::to_string(static_cast<int>(compression.codec)) + " cannot be asked for");
 }
 
+Result<PayloadView> encode_payload(std::span<const std::byte> raw, Compression compression, std::vector<std::byte>& scratch) {
+  return encode_payload(raw, TileShape{}, compression, scratch);
+}
+
 Result<EncodedPayload> encode_payload(std::span<const std::byte> raw, const TileShape& shape, Compression compression) {
   std::vector<std::byte> scratch;
   VT_ASSIGN(const PayloadView view, encode_payload(raw, shape, compression, scratch));

@@ -57,6 +57,8 @@ inline constexpr std::size_t kMaxRawBytes = std::size_t{256} << 20;
 // call to call.
 [[nodiscard]] Result<PayloadView> encode_payload(std::span<const std::byte> raw, const TileShape& shape, Compression compression,
                                                  std::vector<std::byte>& scratch);
+// The same for bytes of which nothing is known, such as a blob: never predicted.
+[[nodiscard]] Result<PayloadView> encode_payload(std::span<const std::byte> raw, Compression compression, std::vector<std::byte>& scratch);
 // What a thread keeps for compressing payloads of that size; an upper bound.
 [[nodiscard]] std::size_t compressor_bytes(Compression compression, std::size_t raw_bytes);
 // `out` is exactly the raw size. kCorrupt when `stored` does not decode to exactly that many bytes, or is predicted and `shape` is opaque.

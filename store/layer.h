@@ -1,6 +1,7 @@
 // A layer: one virtual texture in a store. A store holds many layers over one area; they may differ in everything but that area.
 #pragma once
 
+#include <array>
 #include <compare>
 #include <cstdint>
 #include <limits>
@@ -45,6 +46,15 @@ struct GridPlacement {
   auto operator<=>(const GridPlacement&) const = default;
 };
 
+// What the samples of one component of a texel are worth: value = offset + scale * sample, in the channel's unit. A sample is the integer
+// code in unorm formats (0 to 255, 0 to 65535), the decoded value on the scale of 0 to 255, not rounded, in bc1, bc3, bc4, bc5 and bc7,
+// and the number itself in half, float, rgb9e5 and bc6h.
+struct ComponentRange {
+  double scale = 1.0;  // finite, not 0
+  double offset = 0.0;
+  auto operator<=>(const ComponentRange&) const = default;
+};
+
 struct LayerInfo {
   LayerId id;        // given by the store
   std::string name;  // 1..63 bytes of UTF-8, unique in the store
@@ -53,13 +63,16 @@ struct LayerInfo {
   Transfer transfer = Transfer::kLinear;
   LayerRole role = LayerRole::kTexture;
   LayerState state = LayerState::kBuilding;
-  LayerId owner;  // for kCarry: the layer it belongs to
+  LayerId owner;          // of kCarry and of a part: the texture layer it belongs to and goes with, itself no part; else 0
+  bool is_part = false;   // kTexture only: more of what `owner` says, such as the length beside a direction
   std::uint8_t tile_exponent = 8;
   Level finest;    // the padded square is 2^(finest + tile_exponent) texels wide at this level
   TexelRect data;  // finest-level texels that the source covers, inside the padded square
   GridPlacement grid;
   // What "no data" was called in the source, so that `extract` can give it back; NaN when the source had none.
   double source_nodata = std::numeric_limits<double>::quiet_NaN();
+  std::array<ComponentRange, 4> components;  // those past the format's channels mean nothing and are as they begin
+  bool zero_is_nodata = false;               // of 8- and 16-bit codes: code 0 in component 0 means "no data"
   std::string metadata_json;  // for tools; the runtime does not read it
 
   // Kept by the store.
@@ -69,10 +82,13 @@ struct LayerInfo {
 
   [[nodiscard]] int vt_exponent() const { return finest.value + tile_exponent; }
   [[nodiscard]] std::uint32_t tile_texels() const { return std::uint32_t{1} << tile_exponent; }
+  [[nodiscard]] bool holds_blobs() const { return format == TexelFormat::kBlob; }
+  [[nodiscard]] bool has_owner() const { return role == LayerRole::kCarry || is_part; }
   // The texels of `level` that have any part in the data; every level sits on the padded square's grid.
   [[nodiscard]] TexelRect data_rect(Level level) const { return coarser(data, finest.value - level.value); }
   // The tiles of `level` that have any part in the data, as a rectangle counted in tiles.
   [[nodiscard]] TexelRect tile_rect(Level level) const { return coarser(data_rect(level), tile_exponent); }
+  // Of every tile; 0 in a layer of blobs, whose tiles have sizes of their own.
   [[nodiscard]] std::size_t tile_payload_bytes() const { return payload_bytes(format_info(format), tile_texels(), tile_texels()); }
 };
 

@@ -16,14 +16,13 @@
 #include "store/codec.h"
 #include "store/fault.h"
 #include "store/layer.h"
-#include "store/store_writer.h"
 
 namespace vt::store {
 
 // ---- Constants of the format ----
 
-inline constexpr std::uint32_t kFormatVersion = 2;        // what is written
-inline constexpr std::uint32_t kOldestFormatVersion = 1;  // what is read; later versions only add to it
+inline constexpr std::uint32_t kFormatVersion = 3;        // what is written
+inline constexpr std::uint32_t kOldestFormatVersion = 1;  // what is read
 inline constexpr std::size_t kSuperblockBytes = 4096;
 inline constexpr std::uint64_t kLogStart = 2 * kSuperblockBytes;
 inline constexpr std::uint64_t kRecordAlignment = 64;
@@ -162,6 +161,11 @@ struct RecordHeader {
                                                                                  const Reference& reference, std::uint64_t key,
                                                                                  std::uint32_t raw_bytes);
 
+// The raw_bytes that the record of a tile of `layer` must have: those of a block or of a tile, and of a blob what the record itself says, as
+// long as that is possible. `record` is as for check_record.
+[[nodiscard]] std::uint32_t blob_bytes(std::span<const std::byte> record);  // of a blob; never 0
+[[nodiscard]] std::uint32_t wanted_raw_bytes(const LayerInfo& layer, ReferenceKind kind, std::span<const std::byte> record);
+
 // ---- Superblocks ----
 
 using Uuid = std::array<std::byte, 16>;
@@ -175,6 +179,7 @@ struct ColdStart {
 };
 
 struct Superblock {
+  std::uint32_t version = kFormatVersion;  // as read; what is written is always kFormatVersion
   Uuid uuid = {};
   std::uint64_t generation = 0;
   std::uint64_t file_end = 0;
@@ -190,25 +195,6 @@ struct Superblock {
 // over, as a crash leaves it; one that is whole but promises what the file does not hold is an error, never silently replaced by an older
 // generation.
 [[nodiscard]] Checked<Superblock> choose_superblock(std::span<const std::byte> head, std::uint64_t file_bytes);
-
-// ---- Catalog ----
-
-struct CatalogLayer {
-  LayerInfo info;
-  std::vector<Reference> roots;  // one a level, 0 to finest
-};
-
-struct Catalog {
-  StoreDescription description;
-  std::vector<CatalogLayer> layers;  // ordered by id
-};
-
-[[nodiscard]] Result<std::vector<std::byte>> encode_catalog(const Catalog& catalog);  // kInvalidData when over kMaxCatalogBytes
-[[nodiscard]] Checked<Catalog> decode_catalog(std::span<const std::byte> payload, std::uint64_t file_end);
-
-// A sentence about the first field out of its range, empty when all is well. The same rules for what is written and what is read.
-[[nodiscard]] std::string description_fault(const StoreDescription& description);
-[[nodiscard]] std::string layer_fault(const LayerInfo& info);
 
 // ---- Index pages ----
 

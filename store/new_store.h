@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "store/file.h"
+#include "store/catalog.h"
 #include "store/layout.h"
 #include "store/result.h"
 #include "store/store_writer.h"

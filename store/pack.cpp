@@ -12,6 +12,7 @@
 #include "store/file.h"
 #include "store/index_builder.h"
 #include "store/index_cursor.h"
+#include "store/catalog.h"
 #include "store/layout.h"
 #include "store/new_store.h"
 #include "store/snapshot.h"
@@ -343,10 +344,11 @@ class Packing {
     return last_shared_;
   }
   [[nodiscard]] Result<Reference> copy_bytes(const LayerInfo& info, const Reference& from, TileId tile, std::uint64_t key) {
+    if (info.holds_blobs() && from.kind != ReferenceKind::kTile) return damaged(info, tile, "a blob's record is shared");
     if (from.stored_bytes > kMaxRawBytes) return damaged(info, tile, "its stored size is over 256 MiB");
     VT_ASSIGN(const std::span<std::byte> record, target_.next_record(kRecordHeaderBytes + std::uint64_t{from.stored_bytes}));
     VT_CHECK(source_.file.read_at(from.offset, record));
-    if (const auto payload = check_record(record, from, key, static_cast<std::uint32_t>(raw_bytes_of(info, from))); !payload)
+    if (const auto payload = check_record(record, from, key, wanted_raw_bytes(info, from.kind, record)); !payload)
       return damaged(info, tile, payload.error());
     Reference copy = from;
     copy.offset = target_.keep_record(record.size());

@@ -24,7 +24,7 @@ Result<Snapshot> load_snapshot(File opened) {
   VT_CHECK(file.read_at(at.offset, record));
   const auto payload = check_record(record, at, 0, at.stored_bytes);
   if (!payload) return refused(ErrorCode::kCorrupt, std::string("catalog: ") + payload.error());
-  auto catalog = decode_catalog(*payload, superblock->file_end);
+  auto catalog = decode_catalog(*payload, superblock->file_end, superblock->version);
   if (!catalog) return refused(catalog.error().code, catalog.error().sentence);
 
   snapshot.description = std::move(catalog->description);

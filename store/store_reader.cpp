@@ -76,6 +76,31 @@ struct StoreReader::Impl {
     }
     return at;
   }
+
+  // A tile's record, found and checked, and its payload as it lies in the file. kNotFound: absent.
+  struct StoredTile {
+    Reference reference;
+    std::uint32_t raw_bytes = 0;
+    std::span<const std::byte> payload;
+  };
+  [[nodiscard]] Result<StoredTile> stored_tile(const LayerInfo& layer, TileId tile) const {
+    StoredTile stored;
+    VT_ASSIGN(stored.reference, find_tile(layer, tile));
+    if (!stored.reference.present()) return refuse(ErrorCode::kNotFound, tile_place(layer, tile) + ": absent");
+    const auto whole = record(stored.reference);
+    stored.raw_bytes = wanted_raw_bytes(layer, stored.reference.kind, whole);
+    const std::uint64_t key = is_shared(stored.reference.kind) ? 0 : record_key(layer.id, tile.level, morton_code(tile.x, tile.y));
+    const auto payload = check_record(whole, stored.reference, key, stored.raw_bytes);
+    if (!payload) return refuse(ErrorCode::kCorrupt, tile_place(layer, tile) + ": " + payload.error());
+    stored.payload = *payload;
+    return stored;
+  }
+  [[nodiscard]] Result<void> decode(const LayerInfo& layer, TileId tile, const StoredTile& stored, std::span<std::byte> out) const {
+    if (auto decoded = decode_payload(stored.reference.codec, stored.payload, tile_shape(layer.format, layer.tile_texels()), out); !decoded)
+      return refuse(decoded.error().code, tile_place(layer, tile) + ": " + decoded.error().message);
+    return {};
+  }
+
   [[nodiscard]] tl::unexpected<Error> damaged_page(const LayerInfo& layer, TileId tile, const Reference& page,
                                                    const std::string& sentence) const {
     return refuse(ErrorCode::kCorrupt, tile_place(layer, tile) + ": index page at offset " + std::to_string(page.offset) + ": " + sentence);
@@ -169,22 +194,25 @@ Result<void> StoreReader::lookup_many(LayerId id, std::span<const TileId> tiles,
 Result<void> StoreReader::read(LayerId id, TileId tile, std::span<std::byte> out) const {
   const LayerInfo* layer = impl_->find(id);
   if (layer == nullptr) return impl_->unknown_layer(id);
+  if (layer->holds_blobs()) return impl_->refuse(ErrorCode::kUsage, "layer " + layer->name + " holds blobs, which have no texels");
   assert(out.size() == layer->tile_payload_bytes());
-  VT_ASSIGN(const Reference found, impl_->find_tile(*layer, tile));
-  if (!found.present()) return impl_->refuse(ErrorCode::kNotFound, tile_place(*layer, tile) + ": absent");
-
-  const bool is_constant = found.kind == ReferenceKind::kConstant;
-  const std::size_t raw_bytes = is_constant ? format_info(layer->format).block_bytes : out.size();
-  const std::uint64_t key = is_shared(found.kind) ? 0 : record_key(id, tile.level, morton_code(tile.x, tile.y));
-  const auto payload = check_record(impl_->record(found), found, key, static_cast<std::uint32_t>(raw_bytes));
-  if (!payload) return impl_->refuse(ErrorCode::kCorrupt, tile_place(*layer, tile) + ": " + payload.error());
-  if (is_constant) {
-    fill_constant(*payload, out);
+  VT_ASSIGN(const Impl::StoredTile stored, impl_->stored_tile(*layer, tile));
+  if (stored.reference.kind == ReferenceKind::kConstant) {
+    fill_constant(stored.payload, out);
     return {};
   }
-  if (auto decoded = decode_payload(found.codec, *payload, tile_shape(layer->format, layer->tile_texels()), out); !decoded)
-    return impl_->refuse(decoded.error().code, tile_place(*layer, tile) + ": " + decoded.error().message);
-  return {};
+  return impl_->decode(*layer, tile, stored, out);
+}
+
+Result<void> StoreReader::read_blob(LayerId id, TileId tile, std::vector<std::byte>& out) const {
+  const LayerInfo* layer = impl_->find(id);
+  if (layer == nullptr) return impl_->unknown_layer(id);
+  if (!layer->holds_blobs()) return impl_->refuse(ErrorCode::kUsage, "layer " + layer->name + " holds no blobs");
+  VT_ASSIGN(const Impl::StoredTile stored, impl_->stored_tile(*layer, tile));
+  if (stored.reference.kind != ReferenceKind::kTile)
+    return impl_->refuse(ErrorCode::kCorrupt, tile_place(*layer, tile) + ": a blob's record is shared");
+  out.resize(stored.raw_bytes);
+  return impl_->decode(*layer, tile, stored, out);
 }
 
 Result<std::optional<TileId>> StoreReader::nearest_present(LayerId id, TileId tile) const {

@@ -60,8 +60,10 @@ class StoreReader {
   // `tiles`. After an error `out` holds nothing of use.
   [[nodiscard]] Result<void> lookup_many(LayerId layer, std::span<const TileId> tiles, std::span<TileLookup> out) const;
   // Copies one tile, decompressed and ready for upload, into `out`, which is exactly tile_payload_bytes() long. Constants are expanded.
-  // kNotFound: absent, use its ancestor. kCorrupt: its checksum differs.
+  // kNotFound: absent, use its ancestor. kCorrupt: its checksum differs. kUsage: a layer of blobs.
   [[nodiscard]] Result<void> read(LayerId layer, TileId tile, std::span<std::byte> out) const;
+  // The bytes of one tile of a layer of blobs; `out` takes their length, at most kMaxRawBytes. kUsage for other layers; else as read().
+  [[nodiscard]] Result<void> read_blob(LayerId layer, TileId tile, std::vector<std::byte>& out) const;
   // The nearest tile at or above `tile` that is present; nullopt when even the root is absent.
   [[nodiscard]] Result<std::optional<TileId>> nearest_present(LayerId layer, TileId tile) const;
 

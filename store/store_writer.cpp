@@ -10,6 +10,7 @@
 
 #include "store/file.h"
 #include "store/known_payloads.h"
+#include "store/catalog.h"
 #include "store/layout.h"
 #include "store/page_cache.h"
 #include "store/tile_text.h"
@@ -121,16 +122,23 @@ struct StoreWriter::Impl final : PageCache::Log {
   struct Entry {
     Reference reference;
     std::uint64_t key = 0;
-    std::size_t raw_bytes = 0;
+    std::optional<std::uint32_t> raw_bytes;  // of a blob what its record says
     TileShape shape;
     std::string place;  // for messages
   };
+  struct Payload {
+    std::span<const std::byte> bytes;  // as stored; valid until the thread's next call
+    std::uint32_t raw_bytes = 0;
+  };
   [[nodiscard]] Result<Entry> entry(LayerId id, TileId tile);
-  [[nodiscard]] Result<std::span<const std::byte>> stored_payload(const Entry& entry) const;
+  [[nodiscard]] Result<Payload> stored_payload(const Entry& entry) const;
+
+  [[nodiscard]] Result<void> decode(const Entry& entry, const Payload& payload, std::span<std::byte> out) const;
 
   class PayloadClaim;
   // The steps of put(), all but the first and the last without the lock.
-  [[nodiscard]] Result<void> check_payload(LayerId id, TileId tile, const PayloadView& payload);
+  // Says whether other tiles may share its record.
+  [[nodiscard]] Result<bool> check_payload(LayerId id, TileId tile, const PayloadView& payload);
   [[nodiscard]] Result<bool> holds_same(const KnownPayload& known, const PayloadView& payload) const;
   [[nodiscard]] Result<Reference> write_payload(RecordType type, std::uint64_t key, const PayloadView& payload);
   [[nodiscard]] Result<Reference> place_payload(LayerId id, TileId tile, const PayloadView& payload,
@@ -254,7 +262,7 @@ Result<StoreWriter> StoreWriter::open(const std::filesystem::path& path, WriterO
   VT_CHECK(impl->file.read_at(superblock->catalog.offset, record));
   const auto payload = check_record(record, superblock->catalog, 0, superblock->catalog.stored_bytes);
   if (!payload) return fail(ErrorCode::kCorrupt, path.string() + ": catalog: " + payload.error());
-  auto catalog = decode_catalog(*payload, superblock->file_end);
+  auto catalog = decode_catalog(*payload, superblock->file_end, superblock->version);
   if (!catalog) return refused(catalog.error());
 
   // Recovery: what was never committed goes away.
@@ -291,7 +299,7 @@ Result<LayerId> StoreWriter::add_layer(const LayerInfo& wanted) {
   LayerInfo info = wanted;
   info.state = LayerState::kBuilding;
   info.tiles = info.constant_tiles = info.stored_bytes = 0;
-  if (info.role == LayerRole::kTexture) info.owner = {};
+  if (!info.has_owner()) info.owner = {};
   info.id = {};
 
   // The lowest id that is free keeps ids small and the order of a build reproducible.
@@ -302,12 +310,8 @@ Result<LayerId> StoreWriter::add_layer(const LayerInfo& wanted) {
   for (const CatalogLayer& layer : impl_->layers)
     if (layer.info.name == info.name)
       return impl_->refuse(ErrorCode::kExists, "layer " + info.name + ": is there already; remove it or choose another name");
-  if (info.role == LayerRole::kCarry) {
-    const CatalogLayer* owner = impl_->find(info.owner);
-    if (owner == nullptr || owner->info.role != LayerRole::kTexture)
-      return impl_->refuse(ErrorCode::kInvalidData, "layer " + info.name + ": carries for layer " + std::to_string(info.owner.value) +
-                                                        ", which is no texture layer");
-  }
+  if (const std::string wrong = owner_fault(info, impl_->layers); !wrong.empty())
+    return impl_->refuse(ErrorCode::kInvalidData, "layer " + info.name + ": " + wrong);
   impl_->layers.insert(before, {.info = info, .roots = std::vector<Reference>(std::size_t{info.finest.value} + 1)});
   impl_->changed = true;
   return info.id;
@@ -317,8 +321,13 @@ Result<void> StoreWriter::remove_layer(LayerId id) {
   const std::lock_guard lock(impl_->mutex);
   VT_CHECK(impl_->check_usable());
   if (impl_->find(id) == nullptr) return impl_->refuse(ErrorCode::kUsage, "no layer has id " + std::to_string(id.value));
+  // Owners before what they own: a layer owns its parts, which own their carry layers.
+  std::vector<LayerId> going = {id};
+  for (std::size_t i = 0; i < going.size(); ++i)
+    for (const CatalogLayer& layer : impl_->layers)
+      if (layer.info.has_owner() && layer.info.owner == going[i]) going.push_back(layer.info.id);
   std::erase_if(impl_->layers, [&](const CatalogLayer& layer) {
-    const bool goes = layer.info.id == id || (layer.info.role == LayerRole::kCarry && layer.info.owner == id);
+    const bool goes = std::ranges::find(going, layer.info.id) != going.end();
     if (goes) impl_->pages.forget(layer.info.id);
     return goes;
   });
@@ -350,8 +359,14 @@ Result<void> StoreWriter::set_metadata(LayerId id, std::string metadata_json) {
   return {};
 }
 
-Result<void> StoreWriter::Impl::check_payload(LayerId id, TileId tile, const PayloadView& payload) {
+Result<bool> StoreWriter::Impl::check_payload(LayerId id, TileId tile, const PayloadView& payload) {
   VT_ASSIGN(const CatalogLayer* layer, check_tile(id, tile));
+  if (layer->info.holds_blobs()) {
+    if (payload.raw_bytes < 1 || payload.raw_bytes > kMaxRawBytes || payload.bytes.size() > kMaxRawBytes ||
+        (payload.codec == Codec::kRaw && payload.bytes.size() != payload.raw_bytes) || payload.codec == Codec::kPredictedZstd)
+      return refuse(ErrorCode::kUsage, tile_place(layer->info, tile) + ": a blob has 1 byte to 256 MiB, and is raw or zstd");
+    return false;
+  }
   const std::size_t wanted = layer->info.tile_payload_bytes();
   const bool is_decodable =
       payload.codec != Codec::kPredictedZstd || tile_shape(layer->info.format, layer->info.tile_texels()).is_predictable();
@@ -359,7 +374,7 @@ Result<void> StoreWriter::Impl::check_payload(LayerId id, TileId tile, const Pay
       payload.bytes.size() > kMaxRawBytes || !is_decodable)
     return refuse(ErrorCode::kUsage, tile_place(layer->info, tile) + ": payload of " + std::to_string(payload.raw_bytes) + " bytes, " +
                                          std::to_string(wanted) + " wanted");
-  return {};
+  return true;
 }
 
 // By comparing the bytes: that the hashes are equal proves nothing.
@@ -369,8 +384,8 @@ Result<bool> StoreWriter::Impl::holds_same(const KnownPayload& known, const Payl
     return false;
   Entry entry{.reference = known.reference, .key = 0, .raw_bytes = known.raw_bytes, .shape = {}, .place = "a tile that was put before"};
   if (!is_shared(known.reference.kind)) entry.key = record_key(known.layer, known.tile.level, morton_code(known.tile.x, known.tile.y));
-  VT_ASSIGN(const auto stored, stored_payload(entry));
-  return std::ranges::equal(stored, payload.bytes);
+  VT_ASSIGN(const Payload stored, stored_payload(entry));
+  return std::ranges::equal(stored.bytes, payload.bytes);
 }
 
 Result<Reference> StoreWriter::Impl::write_payload(RecordType type, std::uint64_t key, const PayloadView& payload) {
@@ -454,18 +469,20 @@ Result<void> StoreWriter::put(LayerId id, TileId tile, const PayloadView& payloa
       impl_->options.payload_fingerprint ? impl_->options.payload_fingerprint(payload) : payload_fingerprint(payload);
   Impl::PayloadClaim claim(*impl_, fingerprint);
   std::optional<KnownPayload> known;
+  bool may_share = false;
   {
     std::unique_lock lock(impl_->mutex);
     // Another thread may be at the same payload right now. It does not wait for anybody, so this comes to an end.
     impl_->payload_released.wait(lock, [&] { return !impl_->payloads.is_claimed(fingerprint); });
     VT_CHECK(impl_->check_usable());
-    VT_CHECK(impl_->check_payload(id, tile, payload));
+    VT_ASSIGN(may_share, impl_->check_payload(id, tile, payload));
     known = claim.take();
   }
-  VT_ASSIGN(const Reference placed, impl_->place_payload(id, tile, payload, known));
+  VT_ASSIGN(const Reference placed, impl_->place_payload(id, tile, payload, may_share ? known : std::nullopt));
 
   const std::lock_guard lock(impl_->mutex);
-  claim.release(KnownPayload{.reference = placed, .raw_bytes = payload.raw_bytes, .layer = id, .tile = tile});
+  // A record of a blob is no other tile's to share, and what was known before stays so.
+  claim.release(may_share ? KnownPayload{.reference = placed, .raw_bytes = payload.raw_bytes, .layer = id, .tile = tile} : known);
   VT_CHECK(impl_->check_usable());
   VT_CHECK(impl_->set_entry(*impl_->find(id), tile, placed));
   const bool is_second = placed.kind == ReferenceKind::kSharedTile && known && known->reference.kind == ReferenceKind::kTile;
@@ -476,6 +493,7 @@ Result<void> StoreWriter::put_constant(LayerId id, TileId tile, std::span<const 
   const std::lock_guard lock(impl_->mutex);
   VT_CHECK(impl_->check_usable());
   VT_ASSIGN(CatalogLayer * layer, impl_->check_tile(id, tile));
+  if (layer->info.holds_blobs()) return impl_->refuse(ErrorCode::kUsage, tile_place(layer->info, tile) + ": a blob is no constant");
   const std::size_t wanted = format_info(layer->info.format).block_bytes;
   if (block.size() != wanted)
     return impl_->refuse(ErrorCode::kUsage, tile_place(layer->info, tile) + ": a constant of " + std::to_string(block.size()) + " bytes, " +
@@ -517,49 +535,67 @@ Result<StoreWriter::Impl::Entry> StoreWriter::Impl::entry(LayerId id, TileId til
   entry.place = tile_place(layer->info, tile);
   entry.shape = tile_shape(layer->info.format, layer->info.tile_texels());
   const bool is_constant = entry.reference.kind == ReferenceKind::kConstant;
-  entry.raw_bytes = is_constant ? format_info(layer->info.format).block_bytes : layer->info.tile_payload_bytes();
+  if (!layer->info.holds_blobs())
+    entry.raw_bytes = static_cast<std::uint32_t>(is_constant ? format_info(layer->info.format).block_bytes : layer->info.tile_payload_bytes());
+  else if (is_shared(entry.reference.kind))
+    return refuse(ErrorCode::kCorrupt, entry.place + ": a blob's record is shared");
   entry.key = is_shared(entry.reference.kind) ? 0 : record_key(id, tile.level, morton_code(tile.x, tile.y));
   return entry;
 }
 
-// Records never change once written, so the file is read without the lock. Valid until the thread's next call.
-Result<std::span<const std::byte>> StoreWriter::Impl::stored_payload(const Entry& entry) const {
+// Records never change once written, so the file is read without the lock.
+Result<StoreWriter::Impl::Payload> StoreWriter::Impl::stored_payload(const Entry& entry) const {
   if (entry.reference.stored_bytes > kMaxRawBytes) return refuse(ErrorCode::kCorrupt, entry.place + ": stored size over 256 MiB");
   thread_local std::vector<std::byte> record;
   record.resize(kRecordHeaderBytes + entry.reference.stored_bytes);
   VT_CHECK(file.read_at(entry.reference.offset, record));
-  const auto payload = check_record(record, entry.reference, entry.key, static_cast<std::uint32_t>(entry.raw_bytes));
+  const std::uint32_t raw_bytes = entry.raw_bytes ? *entry.raw_bytes : blob_bytes(record);
+  const auto payload = check_record(record, entry.reference, entry.key, raw_bytes);
   if (!payload) return refuse(ErrorCode::kCorrupt, entry.place + ": " + payload.error());
-  return *payload;
+  return Payload{.bytes = *payload, .raw_bytes = raw_bytes};
+}
+
+Result<void> StoreWriter::Impl::decode(const Entry& entry, const Payload& payload, std::span<std::byte> out) const {
+  if (auto decoded = decode_payload(entry.reference.codec, payload.bytes, entry.shape, out); !decoded)
+    return refuse(decoded.error().code, entry.place + ": " + decoded.error().message);
+  return {};
 }
 
 Result<bool> StoreWriter::holds(LayerId id, TileId tile, const PayloadView& wanted) const {
   VT_ASSIGN(const Impl::Entry entry, impl_->entry(id, tile));
   const bool has_texels = entry.reference.kind == ReferenceKind::kTile || entry.reference.kind == ReferenceKind::kSharedTile;
   if (!has_texels || entry.reference.codec != wanted.codec || entry.reference.stored_bytes != wanted.bytes.size()) return false;
-  VT_ASSIGN(const auto stored, impl_->stored_payload(entry));
-  return std::ranges::equal(stored, wanted.bytes);
+  VT_ASSIGN(const Impl::Payload stored, impl_->stored_payload(entry));
+  return std::ranges::equal(stored.bytes, wanted.bytes);
 }
 
 Result<bool> StoreWriter::holds_constant(LayerId id, TileId tile, std::span<const std::byte> block) const {
   VT_ASSIGN(const Impl::Entry entry, impl_->entry(id, tile));
   if (entry.reference.kind != ReferenceKind::kConstant) return false;
-  VT_ASSIGN(const auto stored, impl_->stored_payload(entry));
-  return std::ranges::equal(stored, block);
+  VT_ASSIGN(const Impl::Payload stored, impl_->stored_payload(entry));
+  return std::ranges::equal(stored.bytes, block);
 }
 
 Result<void> StoreWriter::read(LayerId id, TileId tile, std::span<std::byte> out) const {
   VT_ASSIGN(const Impl::Entry entry, impl_->entry(id, tile));
+  if (!entry.raw_bytes) return impl_->refuse(ErrorCode::kUsage, entry.place + ": a blob, which has no texels");
   if (!entry.reference.present()) return impl_->refuse(ErrorCode::kNotFound, entry.place + ": absent");
-  VT_ASSIGN(const auto payload, impl_->stored_payload(entry));
+  VT_ASSIGN(const Impl::Payload payload, impl_->stored_payload(entry));
   if (entry.reference.kind == ReferenceKind::kConstant) {
-    fill_constant(payload, out);
+    fill_constant(payload.bytes, out);
     return {};
   }
-  assert(out.size() == entry.raw_bytes);
-  if (auto decoded = decode_payload(entry.reference.codec, payload, entry.shape, out); !decoded)
-    return impl_->refuse(decoded.error().code, entry.place + ": " + decoded.error().message);
-  return {};
+  assert(out.size() == *entry.raw_bytes);
+  return impl_->decode(entry, payload, out);
+}
+
+Result<void> StoreWriter::read_blob(LayerId id, TileId tile, std::vector<std::byte>& out) const {
+  VT_ASSIGN(const Impl::Entry entry, impl_->entry(id, tile));
+  if (entry.raw_bytes) return impl_->refuse(ErrorCode::kUsage, entry.place + ": no blob");
+  if (!entry.reference.present()) return impl_->refuse(ErrorCode::kNotFound, entry.place + ": absent");
+  VT_ASSIGN(const Impl::Payload payload, impl_->stored_payload(entry));
+  out.resize(payload.raw_bytes);
+  return impl_->decode(entry, payload, out);
 }
 
 Result<void> StoreWriter::commit() {

@@ -1,5 +1,5 @@
 // The texel formats a tile may hold, and the byte arithmetic that follows from them. The runtime looks only at these, never at channel
-// types.
+// types. What a decoded sample is worth is the layer's component ranges' to say (store/layer.h).
 #pragma once
 
 #include <cstddef>
@@ -19,24 +19,69 @@ enum class TexelFormat : std::uint16_t {
   kRg32Float = 5,
   kRgba32Float = 6,
   kHash128 = 7,  // 16 bytes without a meaning to readers of textures, such as a content hash; no colour, no number, never averaged
+  kR8 = 8,
+  kRg8 = 9,
+  kR16 = 10,  // unsigned 16-bit codes
+  kRg16 = 11,
+  kRgba16 = 12,
+  kR16Float = 13,  // IEEE 754 binary16; quiet NaN (0x7E00) is "no data"
+  kRg16Float = 14,
+  kRgba16Float = 15,
+  kRgb9e5 = 16,  // three 9-bit mantissas and one 5-bit exponent, as OpenGL's GL_UNSIGNED_INT_5_9_9_9_REV lays them out in 32 bits
+  kBc3 = 17,     // 16 bytes: a BC4 block of alpha, then a BC1 block in four-colour mode
+  kBc4 = 18,     // 8 bytes, one unsigned channel
+  kBc5 = 19,     // 16 bytes: two BC4 blocks
+  kBc6h = 20,    // 16 bytes, three unsigned half floats
+  kBc7 = 21,     // 16 bytes, RGB or RGBA
+  kBlob = 22,    // one string of bytes a tile, of any length; only in carry layers
+};
+
+// What a sample is, decoded.
+enum class SampleKind : std::uint8_t {
+  kUnorm8,          // a code, 0 to 255
+  kUnorm16,         // a code, 0 to 65535
+  kHalf,            // a number
+  kFloat,           // a number
+  kSharedExponent,  // a number from 0 to 65408
+  kBlock,           // decoded out of a 4x4 block: a code from 0 to 255, fractions and all; a number for bc6h
+  kOpaque,          // none: bytes that nobody averages, draws or compares but by equality
 };
 
 // One row per format. A block is 1x1 texel for plain formats and 4x4 for the BCn family.
 struct FormatInfo {
   TexelFormat format;
   std::string_view name;  // as on the command line
+  SampleKind samples;
   std::uint8_t channels;
   std::uint8_t block_edge;   // texels along one side of a block
-  std::uint8_t block_bytes;  // bytes of one block
+  std::uint8_t block_bytes;  // bytes of one block; 0 for kBlob, whose tiles have no size in common
 };
 
 [[nodiscard]] const FormatInfo& format_info(TexelFormat format);                    // `format` is one of the enumerators
 [[nodiscard]] std::optional<TexelFormat> format_from_number(std::uint16_t number);  // for bytes read from a file
 [[nodiscard]] std::optional<TexelFormat> format_from_name(std::string_view name);
 
-// Bytes of a width x height rectangle of texels; both are multiples of the block edge.
+// Bytes of a width x height rectangle of texels; both are multiples of the block edge. 0 for kBlob.
 [[nodiscard]] constexpr std::size_t payload_bytes(const FormatInfo& info, std::size_t width, std::size_t height) {
   return (width / info.block_edge) * (height / info.block_edge) * info.block_bytes;
+}
+
+// Bytes of one number in a plain format, 0 where samples are not numbers of whole bytes.
+[[nodiscard]] constexpr std::size_t sample_bytes(SampleKind kind) {
+  switch (kind) {
+    case SampleKind::kUnorm8:
+      return 1;
+    case SampleKind::kUnorm16:
+    case SampleKind::kHalf:
+      return 2;
+    case SampleKind::kFloat:
+      return 4;
+    case SampleKind::kSharedExponent:
+    case SampleKind::kBlock:
+    case SampleKind::kOpaque:
+      return 0;
+  }
+  return 0;
 }
 
 }  // namespace vt

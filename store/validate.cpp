@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "store/file.h"
+#include "store/catalog.h"
 #include "store/layout.h"
 #include "store/tile_text.h"
 
@@ -54,7 +55,7 @@ class StoreCheck {
       add(FaultNumber::kUncommittedTail, "offset " + std::to_string(end_),
           std::to_string(bytes_.size() - end_) + " bytes after the last commit belong to no generation; the next writer removes them");
 
-    if (const auto catalog = check_catalog(superblock->catalog)) {
+    if (const auto catalog = check_catalog(superblock->catalog, superblock->version)) {
       for (const CatalogLayer& layer : catalog->layers) total_ += layer.info.tiles;
       report_.tiles_in_store = total_;
       report_.is_sampled = options_.sample_tiles > 0 && options_.sample_tiles < total_;
@@ -172,10 +173,10 @@ class StoreCheck {
     return std::nullopt;
   }
 
-  [[nodiscard]] std::optional<Catalog> check_catalog(const Reference& reference) {
+  [[nodiscard]] std::optional<Catalog> check_catalog(const Reference& reference, std::uint32_t version) {
     const auto payload = check_record_at(reference, 0, reference.stored_bytes, FaultNumber::kCatalogRecord, "catalog");
     if (!payload) return std::nullopt;
-    auto catalog = decode_catalog(*payload, end_);
+    auto catalog = decode_catalog(*payload, end_, version);
     if (catalog) return std::move(*catalog);
     add(catalog.error(), "catalog");
     return std::nullopt;
@@ -271,9 +272,12 @@ class StoreCheck {
       if (!checked_shared_.insert({reference, info.tile_payload_bytes(), info.format}).second) return;
       if (!counted_shared_.insert(reference.offset).second) reachable_bytes_ -= reference.record_bytes();
     }
-    const std::size_t raw_bytes = is_constant ? format_info(info.format).block_bytes : info.tile_payload_bytes();
+    if (info.holds_blobs() && reference.kind != ReferenceKind::kTile)
+      return add(FaultNumber::kTileRecord, place, "a blob has a record of its own, and this one is shared");
+    const auto record = bytes_.subspan(reference.offset, kRecordHeaderBytes + reference.stored_bytes);
+    const std::uint32_t raw_bytes = wanted_raw_bytes(info, reference.kind, record);
     const std::uint64_t key = is_shared(reference.kind) ? 0 : record_key(info.id, tile.level, morton_code(tile.x, tile.y));
-    const auto payload = check_record_at(reference, key, static_cast<std::uint32_t>(raw_bytes), FaultNumber::kTileRecord, place);
+    const auto payload = check_record_at(reference, key, raw_bytes, FaultNumber::kTileRecord, place);
     if (!payload || is_constant || !options_.decode_tiles || reference.codec == Codec::kRaw) return;
     decoded_.resize(raw_bytes);
     const TileShape shape = tile_shape(info.format, info.tile_texels());

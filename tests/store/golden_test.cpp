@@ -8,6 +8,7 @@
 #include <functional>
 #include <set>
 
+#include "store/catalog.h"
 #include "store/layout.h"
 #include "store/store_reader.h"
 #include "store/store_writer.h"

@@ -8,6 +8,7 @@
 
 #include <random>
 
+#include "store/catalog.h"
 #include "store/layout.h"
 #include "store/store_reader.h"
 #include "store/store_writer.h"
@@ -241,22 +242,22 @@ TEST(Layout, EveryPrefixOfACatalogIsRefused) {
     catalog.layers.push_back({info, std::vector<Reference>(4)});
   }
   const Bytes whole = value_of(encode_catalog(catalog));
-  ASSERT_TRUE(decode_catalog(whole, kLogStart));
+  ASSERT_TRUE(decode_catalog(whole, kLogStart, kFormatVersion));
   for (std::size_t size = 0; size < whole.size(); ++size) {
     const Bytes prefix(whole.begin(), whole.begin() + static_cast<std::ptrdiff_t>(size));
-    EXPECT_FALSE(decode_catalog(prefix, kLogStart)) << size;
+    EXPECT_FALSE(decode_catalog(prefix, kLogStart, kFormatVersion)) << size;
   }
   Bytes longer = whole;
   longer.push_back(std::byte{0});
-  EXPECT_FALSE(decode_catalog(longer, kLogStart));
+  EXPECT_FALSE(decode_catalog(longer, kLogStart, kFormatVersion));
 }
 
 TEST(Layout, HugeCountsInACatalogAreRefusedBeforeAnythingIsAllocated) {
-  Bytes bytes(48 + 128);
+  Bytes bytes(48 + 192);
   for (const std::size_t at : {0, 4, 48 + 16}) {
     Bytes huge = bytes;
     put<std::uint32_t>(huge, at, 0xFFFFFFFF);
-    EXPECT_FALSE(decode_catalog(huge, kLogStart));
+    EXPECT_FALSE(decode_catalog(huge, kLogStart, kFormatVersion));
   }
 }
 

@@ -8,6 +8,7 @@
 #include <span>
 
 #include "store/bytes.h"
+#include "store/catalog.h"
 #include "store/layout.h"
 
 namespace vt::store::test {
@@ -19,6 +20,12 @@ inline void reseal(std::span<std::byte> file) {
     if (!reference.present()) return;
     if (target <= file.size() && file.size() - target >= kRecordHeaderBytes)
       put<std::uint32_t>(file, at + 12, get<std::uint32_t>(file, target));
+  };
+  // Of a catalog that neither superblock refers to any more, nobody asks.
+  const auto layer_bytes_of = [&](std::uint64_t catalog_at) {
+    for (std::uint64_t at = 0; at < kLogStart && at + kSuperblockBytes <= file.size(); at += kSuperblockBytes)
+      if (get_reference(file, at + 48).offset == catalog_at) return catalog_layer_bytes(get<std::uint32_t>(file, at + 8));
+    return catalog_layer_bytes(kFormatVersion);
   };
   constexpr std::uint32_t kMagic = 0x43525456;
   for (std::uint64_t at = kLogStart; at + kRecordHeaderBytes <= file.size();) {
@@ -35,9 +42,10 @@ inline void reseal(std::span<std::byte> file) {
       first = payload + kPageEntriesAt;
       references = get<std::uint16_t>(file, payload);
     } else if (get<std::uint8_t>(file, at + 12) == static_cast<std::uint8_t>(RecordType::kCatalog) && stored >= 48) {
-      const std::uint64_t layers = std::min<std::uint64_t>(get<std::uint32_t>(file, payload), (stored - 48) / 128);
-      first = payload + 48 + 128 * layers;
-      for (std::uint64_t i = 0; i < layers; ++i) references += get<std::uint8_t>(file, payload + 48 + 128 * i + 10) + 1U;
+      const std::uint64_t layer_bytes = layer_bytes_of(at);
+      const std::uint64_t layers = std::min<std::uint64_t>(get<std::uint32_t>(file, payload), (stored - 48) / layer_bytes);
+      first = payload + 48 + layer_bytes * layers;
+      for (std::uint64_t i = 0; i < layers; ++i) references += get<std::uint8_t>(file, payload + 48 + layer_bytes * i + 10) + 1U;
     }
     for (std::uint64_t i = 0; i < references && first + kReferenceBytes * (i + 1) <= end; ++i) renew_reference(first + kReferenceBytes * i);
     put<std::uint64_t>(file, at, hash_bytes(file.subspan(at + 8, kRecordHeaderBytes - 8 + stored)));
