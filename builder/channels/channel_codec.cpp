@@ -9,6 +9,26 @@ namespace vt::channels {
 
 void ChannelCodec::derive_row(std::int64_t, const PlaneRow&) const {}
 
+Result<int> bands_wanted(ChannelType channel, const Options&, int values) {
+  switch (channel) {
+    case ChannelType::kColor:
+    case ChannelType::kIllumination:
+      return values >= 3 ? 3 : 1;
+    case ChannelType::kNormal:
+      return 3;
+    case ChannelType::kHorizon:
+      return values;
+    case ChannelType::kElevation:
+    case ChannelType::kMaterial:
+    case ChannelType::kSensor:
+    case ChannelType::kMask:
+      return 1;
+  }
+  return 1;
+}
+
+bool takes_coverage(ChannelType channel) { return channel == ChannelType::kColor || channel == ChannelType::kIllumination; }
+
 Result<std::unique_ptr<const ChannelCodec>> make_codec(const ChannelSettings& settings, const SampleLayout& layout) {
   VT_CHECK(check_options(settings.channel, settings.options));
   switch (settings.channel) {

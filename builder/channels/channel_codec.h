@@ -116,6 +116,11 @@ class ChannelCodec {
   bool samples_are_texels_ = false;
 };
 
+// Of a raster with `values` bands (coverage not counted), how many a channel reads when the user chooses none. Errors of options as there.
+[[nodiscard]] Result<int> bands_wanted(ChannelType channel, const Options& options, int values);
+// A declared coverage band is read along, as the last sample of a texel; otherwise it is ignored.
+[[nodiscard]] bool takes_coverage(ChannelType channel);
+
 // kUnsupported when the channel cannot be made from such samples or stored in such a format; the message says why, and what can.
 [[nodiscard]] Result<std::unique_ptr<const ChannelCodec>> make_codec(const ChannelSettings& settings, const SampleLayout& layout);
 

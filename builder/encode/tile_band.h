@@ -40,6 +40,8 @@ class TileBand {
   TileBand(const LayerInfo& layer, const channels::ChannelCodec& codec, std::size_t part, store::Compression compression, Level level,
            const TexelRect& core);
 
+  [[nodiscard]] bool is_empty() const { return core_.empty(); }
+
   // Rows come in order from core.y to core.bottom() - 1. Pointers are at column core.x.
   void add_row(std::int64_t y, const channels::RowNeighbourhood& rows);
   // The same when the source's bytes already are texels. `planes` are what they decode to; `opaque`: all their weights are 1.

@@ -32,6 +32,7 @@ struct LayerPlan {
   std::vector<LayerInfo> parts;  // all of them, see channels::Part; the same place and size, formats of their own
   geo::Crs crs;
   pyramid::HalvingKernel kernel;
+  resample::Method resampling = resample::Method::kBilinear;
   store::Compression compression;
   std::shared_ptr<const channels::ChannelCodec> codec;   // of the first source; all write the same texels
   std::shared_ptr<const resample::BaseSampler> sampler;  // null: planned without sources

@@ -48,7 +48,7 @@ struct LayerRequest {
   std::optional<geo::Crs> crs;  // of the dataset; default: the store's, or the first source's
   std::optional<Area> area;     // outer edges of the layer in CRS units, widened to whole texels; default: all that the sources cover
   std::optional<std::array<double, 2>> range;               // sample values of black and white
-  resample::Method resample = resample::Method::kBilinear;  // of sources on another grid
+  std::optional<resample::Method> resample;  // of sources on another grid; default: bilinear, of classes nearest
   std::optional<ExpectedSamples> expected;                  // for a plan without sources
 };
 

@@ -27,7 +27,7 @@ class CodecShelf {
 };
 
 // All but the codec, which the caller adds. `bounds` are the source's in the layer's CRS. kUsage: a band that the file does not have.
-[[nodiscard]] Result<resample::PlacedSource> place_source(const LayerRequest& request, const LayerInfo& layer, const geo::Crs& crs,
-                                                          const OpenSource& source, const Bounds& bounds);
+[[nodiscard]] Result<resample::PlacedSource> place_source(const LayerRequest& request, resample::Method resampling, const LayerInfo& layer,
+                                                          const geo::Crs& crs, const OpenSource& source, const Bounds& bounds);
 
 }  // namespace vt::pipeline
