@@ -45,7 +45,10 @@ Result<Gl12Backend::Upload> Gl12Backend::upload_for(TexelFormat layer_format, bo
     case TexelFormat::kRgba32Float:
       break;
     case TexelFormat::kHash128:
-      return fail(ErrorCode::kUnsupported, "hash128 layers hold no texture");
+    case TexelFormat::kBlob:
+      return fail(ErrorCode::kUnsupported, std::string(format_info(layer_format).name) + " layers hold no texture");
+    default:
+      break;
   }
   return fail(ErrorCode::kUnsupported,
               std::string(format_info(layer_format).name) + " textures do not exist in OpenGL 1.2; use the shader path");

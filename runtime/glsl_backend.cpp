@@ -69,8 +69,7 @@ Result<void> GlslBackend::load(const GlHost& host, GlTextures& textures) {
 
 Result<Gl12Backend::Upload> GlslBackend::upload_for(TexelFormat layer_format, bool must_be_plain) const {
   using Upload = Gl12Backend::Upload;
-  if (!floats_ && format_info(layer_format).block_bytes % 4 == 0 && layer_format != TexelFormat::kRgba8 &&
-      layer_format != TexelFormat::kBc1 && layer_format != TexelFormat::kHash128)
+  if (!floats_ && format_info(layer_format).samples == SampleKind::kFloat)
     return fail(ErrorCode::kUnsupported, std::string(format_info(layer_format).name) + " textures need OpenGL 3.0");
   switch (layer_format) {
     case TexelFormat::kRgb8:
@@ -87,9 +86,12 @@ Result<Gl12Backend::Upload> GlslBackend::upload_for(TexelFormat layer_format, bo
     case TexelFormat::kRgba32Float:
       return Upload{layer_format, {.internal = glsl::GL_RGBA32F, .format = gl12::GL_RGBA, .type = gl12::GL_FLOAT}};
     case TexelFormat::kHash128:
-      return fail(ErrorCode::kUnsupported, "hash128 layers hold no texture");
+    case TexelFormat::kBlob:
+      return fail(ErrorCode::kUnsupported, std::string(format_info(layer_format).name) + " layers hold no texture");
+    default:
+      break;
   }
-  return fail(ErrorCode::kInternal, "a texel format without a GL format");
+  return fail(ErrorCode::kUnsupported, std::string(format_info(layer_format).name) + " textures are not drawn by the shader path");
 }
 
 Result<ShaderBinding> GlslBackend::binding(unsigned program, std::string_view name, int first_unit, int stages) const {

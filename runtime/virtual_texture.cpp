@@ -111,7 +111,8 @@ Result<VirtualTexture> VirtualTexture::open(std::shared_ptr<const store::StoreRe
   for (const LayerInfo& candidate : reader->layers()) {
     if (candidate.role != LayerRole::kTexture) continue;
     have += (have.empty() ? "" : ", ") + candidate.name;
-    if (layer == nullptr && (options.layer.empty() ? candidate.channel == ChannelType::kColor : candidate.name == options.layer))
+    if (layer == nullptr &&
+        (options.layer.empty() ? candidate.channel == ChannelType::kColor && !candidate.is_part : candidate.name == options.layer))
       layer = &candidate;
   }
   if (layer == nullptr)

@@ -47,8 +47,8 @@ struct GridPlacement {
 };
 
 // What the samples of one component of a texel are worth: value = offset + scale * sample, in the channel's unit. A sample is the integer
-// code in unorm formats (0 to 255, 0 to 65535), the decoded value on the scale of 0 to 255, not rounded, in bc1, bc3, bc4, bc5 and bc7,
-// and the number itself in half, float, rgb9e5 and bc6h.
+// code in unorm formats (0 to 255, 0 to 65535), the decoded value on the scale of 0 to 255 in bc1, bc3, bc4, bc5 and bc7, and the number
+// itself in half, float, rgb9e5 and bc6h.
 struct ComponentRange {
   double scale = 1.0;  // finite, not 0
   double offset = 0.0;
@@ -63,8 +63,8 @@ struct LayerInfo {
   Transfer transfer = Transfer::kLinear;
   LayerRole role = LayerRole::kTexture;
   LayerState state = LayerState::kBuilding;
-  LayerId owner;          // of kCarry and of a part: the texture layer it belongs to and goes with, itself no part; else 0
-  bool is_part = false;   // kTexture only: more of what `owner` says, such as the length beside a direction
+  LayerId owner;         // of kCarry and of a part: the texture layer it belongs to and goes with, itself no part; else 0
+  bool is_part = false;  // kTexture only: more of what `owner` says, such as the length beside a direction
   std::uint8_t tile_exponent = 8;
   Level finest;    // the padded square is 2^(finest + tile_exponent) texels wide at this level
   TexelRect data;  // finest-level texels that the source covers, inside the padded square
@@ -73,7 +73,7 @@ struct LayerInfo {
   double source_nodata = std::numeric_limits<double>::quiet_NaN();
   std::array<ComponentRange, 4> components;  // those past the format's channels mean nothing and are as they begin
   bool zero_is_nodata = false;               // of 8- and 16-bit codes: code 0 in component 0 means "no data"
-  std::string metadata_json;  // for tools; the runtime does not read it
+  std::string metadata_json;                 // for tools; the runtime does not read it
 
   // Kept by the store.
   std::uint64_t tiles = 0;  // entries present, constants included

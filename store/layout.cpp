@@ -136,8 +136,10 @@ Checked<Superblock> decode_superblock(std::span<const std::byte> block, int slot
     return fault(FaultNumber::kSuperblockReserved, ErrorCode::kUnsupported,
                  name + " has reserved bytes set: a feature this program does not know");
 
-  Superblock superblock{
-      .version = get<std::uint32_t>(block, 8), .generation = get<std::uint64_t>(block, 32), .file_end = get<std::uint64_t>(block, 40), .catalog = get_reference(block, 48)};
+  Superblock superblock{.version = get<std::uint32_t>(block, 8),
+                        .generation = get<std::uint64_t>(block, 32),
+                        .file_end = get<std::uint64_t>(block, 40),
+                        .catalog = get_reference(block, 48)};
   std::copy_n(block.begin() + 16, superblock.uuid.size(), superblock.uuid.begin());
   if (static_cast<int>(superblock.generation & 1) != slot)
     return fault(FaultNumber::kSuperblockField, ErrorCode::kInvalidData,

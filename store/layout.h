@@ -161,8 +161,8 @@ struct RecordHeader {
                                                                                  const Reference& reference, std::uint64_t key,
                                                                                  std::uint32_t raw_bytes);
 
-// The raw_bytes that the record of a tile of `layer` must have: those of a block or of a tile, and of a blob what the record itself says, as
-// long as that is possible. `record` is as for check_record.
+// The raw_bytes that the record of a tile of `layer` must have: those of a block or of a tile, and of a blob what the record itself says,
+// as long as that is possible. `record` is as for check_record.
 [[nodiscard]] std::uint32_t blob_bytes(std::span<const std::byte> record);  // of a blob; never 0
 [[nodiscard]] std::uint32_t wanted_raw_bytes(const LayerInfo& layer, ReferenceKind kind, std::span<const std::byte> record);
 

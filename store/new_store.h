@@ -10,8 +10,8 @@
 #include <span>
 #include <vector>
 
-#include "store/file.h"
 #include "store/catalog.h"
+#include "store/file.h"
 #include "store/layout.h"
 #include "store/result.h"
 #include "store/store_writer.h"

@@ -9,10 +9,10 @@
 #include <unordered_set>
 #include <utility>
 
+#include "store/catalog.h"
 #include "store/file.h"
 #include "store/index_builder.h"
 #include "store/index_cursor.h"
-#include "store/catalog.h"
 #include "store/layout.h"
 #include "store/new_store.h"
 #include "store/snapshot.h"

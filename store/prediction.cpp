@@ -494,18 +494,18 @@ Prediction choose_for_floats(const Byte* texels, const TileShape& shape) {
 
 TileShape tile_shape(TexelFormat format, std::size_t edge_texels) {
   TileShape shape{.width = edge_texels, .height = edge_texels, .channels = format_info(format).channels};
-  switch (format) {
-    case TexelFormat::kRgb8:
-    case TexelFormat::kRgba8:
+  switch (format_info(format).samples) {
+    case SampleKind::kUnorm8:
       shape.samples = TileShape::Samples::kUint8;
       break;
-    case TexelFormat::kR32Float:
-    case TexelFormat::kRg32Float:
-    case TexelFormat::kRgba32Float:
+    case SampleKind::kFloat:
       shape.samples = TileShape::Samples::kFloat32;
       break;
-    case TexelFormat::kBc1:
-    case TexelFormat::kHash128:
+    case SampleKind::kUnorm16:
+    case SampleKind::kHalf:
+    case SampleKind::kSharedExponent:
+    case SampleKind::kBlock:
+    case SampleKind::kOpaque:
       break;
   }
   return shape;

@@ -10,25 +10,26 @@
 #include <vector>
 
 #include "store/bytes.h"
+#include "store/half.h"
 #include "store/tile_text.h"
 
 namespace vt::store {
 namespace {
 
-constexpr std::size_t kBc1EndPointBytes = 4;
-
 // What fills a texel (or block) that no level has: zero bytes, or "no data" in every channel of a float format.
 std::array<std::byte, 16> missing_block(TexelFormat format) {
   std::array<std::byte, 16> block = {};
-  switch (format) {
-    case TexelFormat::kRgb8:
-    case TexelFormat::kRgba8:
-    case TexelFormat::kBc1:
-    case TexelFormat::kHash128:
+  switch (format_info(format).samples) {
+    case SampleKind::kUnorm8:
+    case SampleKind::kUnorm16:
+    case SampleKind::kSharedExponent:
+    case SampleKind::kBlock:
+    case SampleKind::kOpaque:
       break;
-    case TexelFormat::kR32Float:
-    case TexelFormat::kRg32Float:
-    case TexelFormat::kRgba32Float:
+    case SampleKind::kHalf:
+      for (std::size_t at = 0; at < block.size(); at += 2) put<std::uint16_t>(block, at, kHalfNoData);
+      break;
+    case SampleKind::kFloat:
       for (std::size_t at = 0; at < block.size(); at += 4) put<std::uint32_t>(block, at, 0x7FC00000);
       break;
   }
@@ -77,20 +78,40 @@ struct Canvas {
   }
 };
 
-// One BC1 block of a level `steps` coarser than the wanted one, enlarged 2^steps times, as seen by fine block (x, y): its end points in
-// their order (so the four- or three-colour mode stays), and the index of the coarse texel under each of the 16 fine texels.
-std::array<std::byte, 8> enlarge_bc1(const std::byte* coarse, std::int64_t x, std::int64_t y, int steps) {
-  std::array<std::byte, 8> fine;
-  std::copy_n(coarse, kBc1EndPointBytes, fine.begin());
-  const std::uint32_t coarse_indices = get<std::uint32_t>({coarse, 8}, kBc1EndPointBytes);
-  std::uint32_t fine_indices = 0;
+// Half a block, or a whole one, of a format that keeps two end points and then an index a texel: what BC1, BC3, BC4 and BC5 are made of.
+struct IndexedBlock {
+  int index_bits = 0;  // the 16 of them are the upper bits of 8 bytes
+};
+constexpr IndexedBlock kColorBlock{2};
+constexpr IndexedBlock kChannelBlock{3};
+
+// The blocks that make up one of the format's; none where indices alone do not tell.
+std::span<const IndexedBlock> indexed_blocks(TexelFormat format) {
+  static constexpr std::array kBc1 = {kColorBlock};
+  static constexpr std::array kBc3 = {kChannelBlock, kColorBlock};
+  static constexpr std::array kBc4 = {kChannelBlock};
+  static constexpr std::array kBc5 = {kChannelBlock, kChannelBlock};
+  if (format == TexelFormat::kBc1) return kBc1;
+  if (format == TexelFormat::kBc3) return kBc3;
+  if (format == TexelFormat::kBc4) return kBc4;
+  if (format == TexelFormat::kBc5) return kBc5;
+  return {};
+}
+
+// Such a block of a level `steps` coarser than the wanted one, enlarged 2^steps times, as seen by fine block (x, y): its end points in
+// their order (so the mode that it chooses stays), and the index of the coarse texel under each of the 16 fine texels.
+void enlarge_block(IndexedBlock block, const std::byte* coarse, std::int64_t x, std::int64_t y, int steps, std::byte* fine) {
+  const auto coarse_bits = get<std::uint64_t>({coarse, 8}, 0);
+  const int end_point_bits = 64 - 16 * block.index_bits;
+  const std::uint64_t index_mask = (std::uint64_t{1} << block.index_bits) - 1;
+  std::uint64_t fine_bits = coarse_bits & ((std::uint64_t{1} << end_point_bits) - 1);
   for (int texel = 0; texel < 16; ++texel) {
     const std::int64_t coarse_x = ((x * 4 + texel % 4) >> steps) & 3;
     const std::int64_t coarse_y = ((y * 4 + texel / 4) >> steps) & 3;
-    fine_indices |= ((coarse_indices >> (2 * (coarse_y * 4 + coarse_x))) & 3) << (2 * texel);
+    const std::uint64_t index = coarse_bits >> (end_point_bits + block.index_bits * (coarse_y * 4 + coarse_x)) & index_mask;
+    fine_bits |= index << (end_point_bits + block.index_bits * texel);
   }
-  put<std::uint32_t>(fine, kBc1EndPointBytes, fine_indices);
-  return fine;
+  put<std::uint64_t>({fine, 8}, 0, fine_bits);
 }
 
 // Replicates one row of an ancestor's texels. `Bytes` is a constant so that each copy is one move.
@@ -111,13 +132,23 @@ void enlarge(const Canvas& canvas, const BlockRect& rect, const FormatInfo& form
     const std::byte* row = source.data() + static_cast<std::size_t>((y >> steps) - first_y) * source_pitch;
     std::byte* out = canvas.at(rect.x, y);
     if (format.block_edge > 1) {
-      for (std::int64_t x = rect.x; x < rect.x + rect.width; ++x, out += format.block_bytes) {
-        const auto block = enlarge_bc1(row + static_cast<std::size_t>((x >> steps) - first_x) * format.block_bytes, x, y, steps);
-        std::memcpy(out, block.data(), block.size());
+      for (std::int64_t x = rect.x; x < rect.x + rect.width; ++x) {
+        const std::byte* coarse = row + static_cast<std::size_t>((x >> steps) - first_x) * format.block_bytes;
+        for (const IndexedBlock block : indexed_blocks(format.format)) {
+          enlarge_block(block, coarse, x, y, steps, out);
+          coarse += 8;
+          out += 8;
+        }
       }
       continue;
     }
     switch (format.block_bytes) {
+      case 1:
+        enlarge_row<1>(row, first_x, rect.x, rect.width, steps, out);
+        break;
+      case 2:
+        enlarge_row<2>(row, first_x, rect.x, rect.width, steps, out);
+        break;
       case 3:
         enlarge_row<3>(row, first_x, rect.x, rect.width, steps, out);
         break;
@@ -144,6 +175,7 @@ Result<RegionReport> read_region(const StoreReader& reader, LayerId id, Level le
   if (layer == nullptr) return fail(ErrorCode::kUsage, reader.path().string() + ": no layer has id " + std::to_string(id.value));
   if (level.value + layer->tile_exponent > kMaxVtExponent)
     return fail(ErrorCode::kUsage, reader.path().string() + ": level " + std::to_string(level.value) + " is over 2^31 texels wide");
+  if (layer->holds_blobs()) return fail(ErrorCode::kUsage, reader.path().string() + ": layer " + layer->name + " holds blobs, no texels");
   RegionReport report;
   if (rect.empty()) return report;
 
@@ -200,6 +232,9 @@ Result<RegionReport> read_region(const StoreReader& reader, LayerId id, Level le
       }
       VT_ASSIGN(const std::span<const std::byte> texels, (is_own ? own : ancestor).read(reader, *layer, *source));
       if (!is_own) {
+        if (edge > 1 && indexed_blocks(layer->format).empty())
+          return fail(ErrorCode::kUnsupported, reader.path().string() + ": " + tile_place(*layer, tile) + " is absent, and blocks of " +
+                                                   std::string(format.name) + " are not enlarged");
         enlarge(canvas, part, format, texels, *source, tile_blocks, level.value - source->level.value);
         continue;
       }

@@ -15,7 +15,7 @@ namespace vt::store {
 struct RegionReport {
   std::uint64_t texels_own_level = 0;
   std::uint64_t texels_from_coarser = 0;  // replicated from the nearest ancestor that is present
-  std::uint64_t texels_missing = 0;       // not even the root has them: written as zero bytes (NaN for float formats)
+  std::uint64_t texels_missing = 0;       // not even the root has them: written as zero bytes (NaN for halves and floats)
 };
 
 // Fills `out`, in the layer's own format, with `rect` of `level`. For block formats x, y, width and height are multiples of 4, and holes

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "store/catalog.h"
+
 namespace vt::store {
 
 Result<Snapshot> load_snapshot(File opened) {

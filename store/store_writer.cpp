@@ -8,9 +8,9 @@
 #include <unordered_map>
 #include <utility>
 
+#include "store/catalog.h"
 #include "store/file.h"
 #include "store/known_payloads.h"
-#include "store/catalog.h"
 #include "store/layout.h"
 #include "store/page_cache.h"
 #include "store/tile_text.h"
@@ -536,7 +536,8 @@ Result<StoreWriter::Impl::Entry> StoreWriter::Impl::entry(LayerId id, TileId til
   entry.shape = tile_shape(layer->info.format, layer->info.tile_texels());
   const bool is_constant = entry.reference.kind == ReferenceKind::kConstant;
   if (!layer->info.holds_blobs())
-    entry.raw_bytes = static_cast<std::uint32_t>(is_constant ? format_info(layer->info.format).block_bytes : layer->info.tile_payload_bytes());
+    entry.raw_bytes =
+        static_cast<std::uint32_t>(is_constant ? format_info(layer->info.format).block_bytes : layer->info.tile_payload_bytes());
   else if (is_shared(entry.reference.kind))
     return refuse(ErrorCode::kCorrupt, entry.place + ": a blob's record is shared");
   entry.key = is_shared(entry.reference.kind) ? 0 : record_key(id, tile.level, morton_code(tile.x, tile.y));

@@ -1,8 +1,8 @@
 // Appends tiles and layers to a store file and makes them durable. One writer at a time (an advisory lock keeps others out); any number of
 // readers beside it. Nothing is visible to readers before commit(); a crash at any moment leaves the last commit whole.
-// Threads: put, put_constant, remove, contains, holds, holds_constant, read and read_blob may be called from many threads at once, also while one
-// thread is in commit(): what was not finished when the commit took its turn belongs to the next one. create, open, add_layer, set_* and
-// finish from one thread, alone.
+// Threads: put, put_constant, remove, contains, holds, holds_constant, read and read_blob may be called from many threads at once, also
+// while one thread is in commit(): what was not finished when the commit took its turn belongs to the next one. create, open, add_layer,
+// set_* and finish from one thread, alone.
 #pragma once
 
 #include <cstddef>
@@ -80,7 +80,8 @@ class StoreWriter {
   // The tile is there, committed or not, with exactly these stored bytes. False says nothing more: the same texels may be stored otherwise.
   [[nodiscard]] Result<bool> holds(LayerId layer, TileId tile, const PayloadView& payload) const;
   [[nodiscard]] Result<bool> holds_constant(LayerId layer, TileId tile, std::span<const std::byte> block) const;
-  // The decoded texels of a tile, committed or not; `out` is tile_payload_bytes() long. kUsage for a layer of blobs. Uses pread, so it adds nothing to the resident set.
+  // The decoded texels of a tile, committed or not; `out` is tile_payload_bytes() long. kUsage for a layer of blobs. Uses pread, so it adds
+  // nothing to the resident set.
   [[nodiscard]] Result<void> read(LayerId layer, TileId tile, std::span<std::byte> out) const;
 
   // The bytes of one tile of a layer of blobs, committed or not; `out` takes their length. kUsage for other layers.

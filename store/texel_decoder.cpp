@@ -1,8 +1,9 @@
 #include "store/texel_decoder.h"
 
+#include <algorithm>
+#include <bit>
 #include <cassert>
-#include <cstdint>
-#include <cstring>
+#include <vector>
 
 #include "store/bc1.h"
 #include "store/bc3.h"
@@ -16,76 +17,73 @@
 namespace vt::store {
 namespace {
 
-// `texel(block, i, c)` is channel c of the block's texel i. Blocks lie in rows of width / 4.
-template <std::size_t block_bytes, std::size_t channels, class DecodeBlock, class Sample>
-void decode_blocks(std::span<const std::byte> payload, std::size_t width, std::size_t height, std::span<float> out,
-                   const DecodeBlock& decode_block, const Sample& sample) {
-  const std::size_t columns = width / 4;
-  for (std::size_t b = 0; b < columns * (height / 4); ++b) {
-    const auto block = decode_block(std::span<const std::byte, block_bytes>(payload.subspan(block_bytes * b, block_bytes)));
-    for (std::size_t i = 0; i < 16; ++i) {
-      const std::size_t x = b % columns * 4 + i % 4;
-      const std::size_t y = b / columns * 4 + i / 4;
-      for (std::size_t c = 0; c < channels; ++c) out[(y * width + x) * channels + c] = sample(block, i, c);
-    }
-  }
+// One number after another; `number_at` gives the one at a byte offset.
+template <class NumberAt>
+void decode_numbers(std::size_t sample_bytes, std::span<float> out, const NumberAt& number_at) {
+  for (std::size_t i = 0; i < out.size(); ++i) out[i] = number_at(i * sample_bytes);
 }
 
-float code_at(const std::array<std::array<std::uint8_t, 4>, 16>& texels, std::size_t i, std::size_t c) {
-  return static_cast<float>(texels[i][c]);
+// Through RGBA8, of which the first channels are kept.
+void decode_colors(void (*decode)(std::span<const std::byte>, std::size_t, std::size_t, std::span<std::byte>),
+                   std::span<const std::byte> payload, std::size_t width, std::size_t height, std::size_t channels, std::span<float> out) {
+  thread_local std::vector<std::byte> rgba;
+  rgba.resize(width * height * 4);
+  decode(payload, width, height, rgba);
+  for (std::size_t texel = 0; texel < width * height; ++texel)
+    for (std::size_t c = 0; c < channels; ++c) out[texel * channels + c] = static_cast<float>(rgba[texel * 4 + c]);
+}
+
+void decode_bc6h(std::span<const std::byte> payload, std::size_t width, std::size_t height, std::span<float> out) {
+  thread_local std::vector<std::byte> rgba16f;
+  rgba16f.resize(width * height * 8);
+  decode_bc6h_image(payload, width, height, rgba16f);
+  for (std::size_t texel = 0; texel < width * height; ++texel)
+    for (std::size_t c = 0; c < 3; ++c) out[texel * 3 + c] = float_from_half(get<std::uint16_t>(rgba16f, texel * 8 + c * 2));
+}
+
+void decode_rgb9e5(std::span<const std::byte> payload, std::span<float> out) {
+  for (std::size_t texel = 0; texel < payload.size() / 4; ++texel) {
+    const auto rgb = unpack_rgb9e5(get<std::uint32_t>(payload, texel * 4));
+    std::copy(rgb.begin(), rgb.end(), out.begin() + static_cast<std::ptrdiff_t>(texel * 3));
+  }
 }
 
 }  // namespace
 
 void decode_texels(TexelFormat format, std::span<const std::byte> payload, std::size_t width, std::size_t height, std::span<float> out) {
   const FormatInfo& info = format_info(format);
-  const std::size_t samples = width * height * info.channels;
-  assert(payload.size() == payload_bytes(info, width, height) && out.size() >= samples);
+  assert(payload.size() == payload_bytes(info, width, height) && out.size() == width * height * info.channels);
   switch (info.samples) {
     case SampleKind::kUnorm8:
-      for (std::size_t i = 0; i < samples; ++i) out[i] = static_cast<float>(std::to_integer<std::uint8_t>(payload[i]));
-      return;
+      return decode_numbers(1, out, [&](std::size_t at) { return static_cast<float>(payload[at]); });
     case SampleKind::kUnorm16:
-      for (std::size_t i = 0; i < samples; ++i) out[i] = static_cast<float>(get<std::uint16_t>(payload, 2 * i));
-      return;
+      return decode_numbers(2, out, [&](std::size_t at) { return static_cast<float>(get<std::uint16_t>(payload, at)); });
     case SampleKind::kHalf:
-      for (std::size_t i = 0; i < samples; ++i) out[i] = float_from_half(get<std::uint16_t>(payload, 2 * i));
-      return;
+      return decode_numbers(2, out, [&](std::size_t at) { return float_from_half(get<std::uint16_t>(payload, at)); });
     case SampleKind::kFloat:
-      std::memcpy(out.data(), payload.data(), samples * sizeof(float));
-      return;
+      return decode_numbers(4, out, [&](std::size_t at) { return std::bit_cast<float>(get<std::uint32_t>(payload, at)); });
     case SampleKind::kSharedExponent:
-      for (std::size_t i = 0; i < width * height; ++i) {
-        const std::array<float, 3> rgb = unpack_rgb9e5(get<std::uint32_t>(payload, 4 * i));
-        for (std::size_t c = 0; c < 3; ++c) out[3 * i + c] = rgb[c];
-      }
-      return;
     case SampleKind::kBlock:
     case SampleKind::kOpaque:
       break;
   }
   switch (format) {
     case TexelFormat::kBc1:
-      decode_blocks<8, 3>(payload, width, height, out, [](auto block) { return decode_bc1_block(block); }, code_at);
-      return;
+      return decode_colors(decode_bc1_image, payload, width, height, info.channels, out);
     case TexelFormat::kBc3:
-      decode_blocks<16, 4>(payload, width, height, out, [](auto block) { return decode_bc3_block(block); }, code_at);
-      return;
+      return decode_colors(decode_bc3_image, payload, width, height, info.channels, out);
     case TexelFormat::kBc4:
-      decode_bc4_image(payload, width, height, out.first(samples));
-      return;
+      return decode_bc4_image(payload, width, height, out);
     case TexelFormat::kBc5:
-      decode_bc5_image(payload, width, height, out.first(samples));
-      return;
+      return decode_bc5_image(payload, width, height, out);
     case TexelFormat::kBc6h:
-      decode_blocks<16, 3>(payload, width, height, out, [](auto block) { return decode_bc6h_block(block); },
-                           [](const Bc6hTexels& texels, std::size_t i, std::size_t c) { return float_from_half(texels[i][c]); });
-      return;
+      return decode_bc6h(payload, width, height, out);
     case TexelFormat::kBc7:
-      decode_blocks<16, 4>(payload, width, height, out, [](auto block) { return decode_bc7_block(block); }, code_at);
-      return;
+      return decode_colors(decode_bc7_image, payload, width, height, info.channels, out);
+    case TexelFormat::kRgb9e5:
+      return decode_rgb9e5(payload, out);
     default:
-      assert(false && "a format without samples");
+      assert(false);
   }
 }
 

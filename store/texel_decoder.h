@@ -1,4 +1,5 @@
-// Any payload as numbers: what tools show, tests compare and the builder measures. Pure functions, any thread.
+// Texels of any format as plain numbers, so that whoever asks what a store says needs no switch over formats of his own. Owns no rules of a
+// channel: a sample becomes a value through the layer's component ranges (store/layer.h). Pure functions, any thread.
 #pragma once
 
 #include <cstddef>
@@ -8,9 +9,9 @@
 
 namespace vt::store {
 
-// The samples of `width` x `height` texels (multiples of the block edge), rows from the north, channels interleaved: integer codes as they
-// are (0..255; of block formats the decoded value on that scale), floats as they are. `payload` has exactly their size, `out` room for
-// width * height * channels. Not for hash128 and blob.
+// `payload` is payload_bytes(width, height) of a format that is not kOpaque; `out` gets width * height * channels samples, row by row,
+// channels interleaved. A sample is the code in unorm formats, the decoded value on the scale of 0 to 255 in bc1, bc3, bc4, bc5 and bc7
+// (whole in colours and alpha, with fractions in bc4 and bc5), and the number itself in half, float, rgb9e5 and bc6h. All of it is exact.
 void decode_texels(TexelFormat format, std::span<const std::byte> payload, std::size_t width, std::size_t height, std::span<float> out);
 
 }  // namespace vt::store

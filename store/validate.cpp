@@ -8,8 +8,8 @@
 #include <unordered_set>
 #include <utility>
 
-#include "store/file.h"
 #include "store/catalog.h"
+#include "store/file.h"
 #include "store/layout.h"
 #include "store/tile_text.h"
 

@@ -22,6 +22,7 @@ struct LayerFlags {
   std::string name;
   std::string kernel;
   std::string format;
+  std::string quality = "normal";
   std::string compression = "zstd:3";
   int tile = 256;
   double gsd = 0.0;
@@ -80,6 +81,9 @@ Result<pipeline::LayerRequest> request_from(const LayerFlags& flags, const std::
     if (!request.format) return fail(ErrorCode::kUsage, "unknown format '" + flags.format + "'; the channel's own are in --help");
   }
   request.kernel = flags.kernel;
+  const auto quality = encode::quality_from_name(flags.quality);
+  if (!quality) return fail(ErrorCode::kUsage, "--quality is fast, normal or best, not '" + flags.quality + "'");
+  request.quality = *quality;
   request.compression = flags.compression;
   request.tile_texels = flags.tile;
   if (flags.gsd != 0.0) request.gsd_m = flags.gsd;
@@ -178,6 +182,7 @@ std::function<Result<int>()> add_layer_command(CLI::App& app, std::shared_ptr<nl
                       "filter from level to level: " + names_of(pyramid::all_kernels()) +
                           " (default: kaiser3 for color, box for all others; point is for heights that displace)");
   command->add_option("--format", flags->format, "texel format (default: what the channel and the source suggest)");
+  command->add_option("--quality", flags->quality, "effort of block compression: fast, normal or best")->capture_default_str();
   command->add_option("--compression", flags->compression, "none or zstd:N, N from 1 to 19")->capture_default_str();
   command->add_option("--tile", flags->tile, "texels along an edge of a tile, a power of two from 4 to 4096")->capture_default_str();
   command->add_option("--gsd", flags->gsd, "metres on the ground per texel of the finest level (default: the first input's own grid)");

@@ -42,7 +42,7 @@ Result<int> run(const RemoveFlags& flags) {
     wanted.push_back(layer->id);
   }
   for (const LayerId id : wanted) {
-    // A carry layer goes with its owner, perhaps before its own turn comes.
+    // A part or a carry layer goes with its owner, perhaps before its own turn comes.
     const auto now = writer.layers();
     if (std::any_of(now.begin(), now.end(), [&](const LayerInfo& layer) { return layer.id == id; })) VT_CHECK(writer.remove_layer(id));
   }
@@ -66,7 +66,9 @@ std::function<Result<int>()> add_remove_command(CLI::App& app) {
   auto flags = std::make_shared<RemoveFlags>();
   CLI::App* command = app.add_subcommand("remove", "take layers out of a store; the file gets no shorter until it is packed");
   command->add_option("STORE", flags->store, "the store")->required();
-  command->add_option("LAYER", flags->layers, "names of layers, as `vtinspect info` lists them; NAME/carry goes with NAME")->required();
+  command
+      ->add_option("LAYER", flags->layers, "names of layers, as `vtinspect info` lists them; NAME/carry and the parts of NAME go with NAME")
+      ->required();
   cli::add_help_footer(*command,
                        "  vtbuild remove area.vts elevation\n"
                        "  vtbuild remove area.vts color elevation && vtbuild pack area.vts\n");

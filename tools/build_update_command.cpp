@@ -24,7 +24,7 @@ Result<std::vector<Recipe>> recipes_of(const std::filesystem::path& path) {
   VT_ASSIGN(const auto reader, store::StoreReader::open(path));
   std::vector<Recipe> recipes;
   for (const LayerInfo& layer : reader.layers()) {
-    if (layer.role != LayerRole::kTexture) continue;
+    if (layer.has_owner()) continue;  // built with its owner
     auto recipe = read_recipe(layer.metadata_json, path);
     if (!recipe) return fail(recipe.error().code, "layer '" + layer.name + "': " + recipe.error().message);
     if (std::ranges::find(recipes, *recipe) == recipes.end()) recipes.push_back(std::move(*recipe));

@@ -11,6 +11,7 @@
 
 #include "builder/channels/srgb.h"
 #include "store/bc1.h"
+#include "store/texel_decoder.h"
 
 namespace vt::inspect {
 
@@ -21,7 +22,7 @@ std::string quoted_layer_names(const store::StoreReader& reader) {
   for (const LayerInfo& layer : reader.layers()) {
     if (!names.empty()) names += ", ";
     names += layer.name;
-    if (layer.role == LayerRole::kCarry) names += " (carry)";
+    if (layer.has_owner()) names += layer.is_part ? " (part)" : " (carry)";
   }
   return names.empty() ? "none" : names;
 }
@@ -41,7 +42,7 @@ Result<const LayerInfo*> choose_layer(const store::StoreReader& reader, const st
   }
   const LayerInfo* only = nullptr;
   for (const LayerInfo& candidate : reader.layers()) {
-    if (candidate.role != LayerRole::kTexture) continue;
+    if (candidate.has_owner()) continue;
     if (only != nullptr) {
       return fail(ErrorCode::kUsage, fmt::format("{}: has several layers; choose one with --layer: {}", file, quoted_layer_names(reader)));
     }
@@ -78,20 +79,19 @@ Result<geo::Crs> crs_of(const store::StoreReader& reader) {
 }
 
 TexelLayout layout_of(TexelFormat format) {
-  switch (format) {
-    case TexelFormat::kRgb8:
-    case TexelFormat::kBc1:  // opaque
-      return {3, false};
-    case TexelFormat::kRgba8:
-      return {4, false};
-    case TexelFormat::kR32Float:
-      return {1, true};
-    case TexelFormat::kRg32Float:
-      return {2, true};
-    case TexelFormat::kRgba32Float:
-      return {4, true};
-    case TexelFormat::kHash128:
-      return {16, false};
+  const FormatInfo& info = format_info(format);
+  if (format == TexelFormat::kBc1) return {3, false};  // opaque, and its decoder's codes are whole
+  switch (info.samples) {
+    case SampleKind::kUnorm8:
+      return {info.channels, false};
+    case SampleKind::kUnorm16:
+    case SampleKind::kHalf:
+    case SampleKind::kFloat:
+    case SampleKind::kSharedExponent:
+    case SampleKind::kBlock:
+      return {info.channels, true};
+    case SampleKind::kOpaque:
+      return {info.block_bytes, false};
   }
   assert(false);
   return {};
@@ -103,11 +103,17 @@ bool has_coverage_channel(const LayerInfo& layer) {
 }
 
 void decode_tile(const LayerInfo& layer, std::span<const std::byte> payload, std::span<std::byte> out) {
+  const std::size_t edge = layer.tile_texels();
+  if (layout_of(layer.format).is_float) {
+    std::vector<float> samples(edge * edge * format_info(layer.format).channels);
+    store::decode_texels(layer.format, payload, edge, edge, samples);
+    std::memcpy(out.data(), samples.data(), out.size());
+    return;
+  }
   if (layer.format != TexelFormat::kBc1) {
     std::copy(payload.begin(), payload.end(), out.begin());
     return;
   }
-  const std::size_t edge = layer.tile_texels();
   std::vector<std::byte> rgba(edge * edge * 4);
   store::decode_bc1_image(payload, edge, edge, rgba);
   for (std::size_t texel = 0; texel < edge * edge; ++texel) std::memcpy(&out[texel * 3], &rgba[texel * 4], 3);

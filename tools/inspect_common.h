@@ -23,7 +23,7 @@ namespace vt::inspect {
 
 // --layer and --level as they stand on the command line.
 struct LayerChoice {
-  std::string layer;         // "" means the only texture layer
+  std::string layer;         // "" means the only texture layer that is no part
   std::optional<int> level;  // nothing means the finest
 };
 
@@ -35,7 +35,7 @@ struct LayerChoice {
 // From the "crs" of the store's metadata; kPixel when there is none. kInvalidData names the store.
 [[nodiscard]] Result<geo::Crs> crs_of(const store::StoreReader& reader);
 
-// How decoded texels lie in memory: channels interleaved, bytes or floats. BC1 decodes to three bytes.
+// How decoded texels lie in memory: channels interleaved, bytes or floats. 8-bit formats and BC1 decode to bytes, all others to floats.
 struct TexelLayout {
   int channels = 0;
   bool is_float = false;

@@ -139,6 +139,8 @@ std::string grid_mismatch(const LayerInfo& a, const LayerInfo& b) {
                        cli::format_exact(b.grid.origin_x), cli::format_exact(b.grid.origin_y), cli::format_exact(b.grid.step_x),
                        cli::format_exact(b.grid.step_y));
   }
+  if (a.components != b.components || a.zero_is_nodata != b.zero_is_nodata)
+    return fmt::format("layer {}: its samples are not worth the same (component ranges)", a.name);
   return "";
 }
 
@@ -180,6 +182,12 @@ class LayerComparer {
     ++difference.tiles;
     if (has_first != has_second) {
       ++(has_first ? difference.only_in_first : difference.only_in_second);
+      return {};
+    }
+    if (a_.holds_blobs()) {
+      VT_CHECK(first_.read_blob(a_.id, tile, payload_a_));
+      VT_CHECK(second_.read_blob(b_.id, tile, payload_b_));
+      difference.differing_tiles += payload_a_ == payload_b_ ? 0 : 1;
       return {};
     }
     VT_CHECK(first_.read(a_.id, tile, payload_a_));

@@ -268,9 +268,10 @@ Result<int> run_extract(const ExtractOptions& options) {
   VT_ASSIGN(const cli::PictureKind kind, cli::picture_kind(options.output));
   VT_ASSIGN(const store::StoreReader reader, store::StoreReader::open(options.store));
   VT_ASSIGN(const LayerInfo* const layer, choose_layer(reader, options.choice.layer));
-  if (layer->format == TexelFormat::kHash128)
-    return fail(ErrorCode::kUsage, fmt::format("{}: layer {} holds hashes, of which there is no picture; vtinspect sample shows them",
-                                               options.store.string(), layer->name));
+  if (format_info(layer->format).samples == SampleKind::kOpaque)
+    return fail(ErrorCode::kUsage, fmt::format("{}: layer {} holds {}", options.store.string(), layer->name,
+                                               layer->holds_blobs() ? "blobs, of which there is no picture"
+                                                                    : "hashes, of which there is no picture; vtinspect sample shows them"));
   if (options.mosaic) {
     if (kind != cli::PictureKind::kPng)
       return fail(ErrorCode::kUsage, fmt::format("{}: --mosaic writes .png only", options.output.string()));

@@ -115,6 +115,12 @@ nlohmann::ordered_json level_json(const LayerInfo& layer, const LevelSummary& le
   return json;
 }
 
+// Those that the layer's format has; none where it holds no numbers.
+std::span<const ComponentRange> components_of(const LayerInfo& layer) {
+  const FormatInfo& format = format_info(layer.format);
+  return std::span(layer.components).first(format.samples == SampleKind::kOpaque ? 0 : format.channels);
+}
+
 nlohmann::ordered_json layer_json(const LayerInfo& layer, const std::vector<LevelSummary>& levels) {
   nlohmann::ordered_json json = {
       {"id", layer.id.value},
@@ -141,7 +147,11 @@ nlohmann::ordered_json layer_json(const LayerInfo& layer, const std::vector<Leve
       {"metadata", parsed_metadata(layer.metadata_json)},
       {"levels", nlohmann::ordered_json::array()},
   };
-  if (layer.role == LayerRole::kCarry) json["owner"] = layer.owner.value;
+  if (layer.has_owner()) json["owner"] = layer.owner.value;
+  json["part"] = layer.is_part;
+  json["zero_is_nodata"] = layer.zero_is_nodata;
+  json["components"] = nlohmann::ordered_json::array();
+  for (const ComponentRange& range : components_of(layer)) json["components"].push_back({{"scale", range.scale}, {"offset", range.offset}});
   if (const auto ratio = compression_ratio(layer.tiles, layer.tile_payload_bytes(), layer.stored_bytes)) {
     json["compression_ratio"] = *ratio;
   }
@@ -156,17 +166,21 @@ std::string pair_text(Point2 value) {
 }
 
 std::string layer_table(const LayerInfo& layer, const std::vector<LevelSummary>& levels) {
-  std::string text =
-      fmt::format("\nlayer {} \"{}\": {}, {}{}{}, {}\n", layer.id.value, layer.name, channel_info(layer.channel).name,
-                  format_info(layer.format).name, layer.transfer == Transfer::kSrgb ? " sRGB" : "",
-                  layer.role == LayerRole::kCarry ? fmt::format(", carry of layer {}", layer.owner.value) : "", state_name(layer.state));
+  std::string text = fmt::format("\nlayer {} \"{}\": {}, {}{}{}, {}\n", layer.id.value, layer.name, channel_info(layer.channel).name,
+                                 format_info(layer.format).name, layer.transfer == Transfer::kSrgb ? " sRGB" : "",
+                                 layer.is_part ? fmt::format(", part of layer {}", layer.owner.value) : "", state_name(layer.state));
   text += fmt::format("  {} x {} texels, tiles of {}, finest level {}, vt {}, {} tiles in {}", layer.data.width, layer.data.height,
                       layer.tile_texels(), layer.finest.value, layer.vt_exponent(), layer.tiles, cli::format_bytes(layer.stored_bytes));
   if (const auto ratio = compression_ratio(layer.tiles, layer.tile_payload_bytes(), layer.stored_bytes)) {
     text += fmt::format(" ({:.2f} : 1)", *ratio);
   }
   if (!std::isnan(layer.source_nodata)) text += fmt::format(", source's nodata {:g}", layer.source_nodata);
+  if (layer.zero_is_nodata) text += ", code 0 is no data";
   text += '\n';
+  for (std::size_t c = 0; c < components_of(layer).size(); ++c) {
+    const ComponentRange& range = layer.components[c];
+    if (range != ComponentRange()) text += fmt::format("  component {}: {} + {} * sample\n", c, range.offset, range.scale);
+  }
   const GridPlacement& grid = layer.grid;
   text += fmt::format("  extent west {:.10g}, south {:.10g}, east {:.10g}, north {:.10g}\n", grid.origin_x,
                       grid.origin_y - static_cast<double>(layer.data.height) * grid.step_y,

@@ -29,11 +29,12 @@ bool is_one_value(std::span<const std::byte> texels, std::size_t texel_bytes) {
 }
 
 TileBand::TileBand(const LayerInfo& layer, const channels::ChannelCodec& codec, std::size_t part, store::Compression compression,
-                   Level level, const TexelRect& core)
+                   Quality quality, Level level, const TexelRect& core)
     : format_(layer.format),
       codec_(codec),
       part_(part),
       compression_(compression),
+      quality_(quality),
       level_(level),
       core_(core),
       is_densely_measured_(layer.data_rect(level).width * layer.data_rect(level).height <= kDenselyMeasuredTexels),
@@ -163,8 +164,7 @@ Result<EncodedTile> TileBand::encode(OpenTile& tile) {
   if (format_ != codec_.parts()[part_].texel_format) {
     const auto edge = static_cast<std::size_t>(is_constant ? 4 : tile_texels_);
     blocks_.resize(payload_bytes(format_info(format_), edge, edge));
-    encode_blocks(format_, codec_.parts()[part_].texel_format, tile.texels, edge, edge, static_cast<std::size_t>(tile_texels_) * texel_bytes_,
-                  blocks_);
+    encode_blocks(format_, tile.texels, edge, edge, static_cast<std::size_t>(tile_texels_) * texel_bytes_, quality_, blocks_);
     bytes = blocks_;
   }
   measure(tile, bytes, is_constant);
@@ -192,7 +192,8 @@ void TileBand::measure(OpenTile& tile, std::span<const std::byte> stored, bool i
     if (!is_measured(group)) continue;
     if (is_constant) {
       const std::size_t block = info.block_edge;
-      store::decode_texels(format_, stored.first(info.block_bytes), block, block, decoded_);
+      store::decode_texels(format_, stored.first(info.block_bytes), block, block,
+                           std::span(decoded_).first(block * block * info.channels));
       for (std::size_t i = info.channels; i < decoded_.size(); ++i) decoded_[i] = decoded_[i % info.channels];
     } else {
       const std::size_t first = static_cast<std::size_t>(group - rect.y) / info.block_edge;

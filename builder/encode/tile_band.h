@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "builder/channels/channel_codec.h"
+#include "builder/encode/quality.h"
 #include "store/codec.h"
 #include "store/layer.h"
 #include "store/result.h"
@@ -37,8 +38,8 @@ inline constexpr std::int64_t kMeasuredRowOfBlocks = 16;
 class TileBand {
  public:
   // `layer` is the part's. `core` is the part of the level that the block owns, inside the data; tiles at its edges belong to no other block.
-  TileBand(const LayerInfo& layer, const channels::ChannelCodec& codec, std::size_t part, store::Compression compression, Level level,
-           const TexelRect& core);
+  TileBand(const LayerInfo& layer, const channels::ChannelCodec& codec, std::size_t part, store::Compression compression,
+           Quality quality, Level level, const TexelRect& core);
 
   [[nodiscard]] bool is_empty() const { return core_.empty(); }
 
@@ -75,6 +76,7 @@ class TileBand {
   const channels::ChannelCodec& codec_;
   std::size_t part_;
   store::Compression compression_;
+  Quality quality_;
   Level level_;
   TexelRect core_;
   bool is_densely_measured_;

@@ -35,7 +35,7 @@ class BlockJob::Output final : public pyramid::RowSink {
       for (std::size_t part = 0; part < parts_; ++part) {
         const Level level{static_cast<std::uint8_t>(tier.base.value - k)};
         const bool is_left_out = codec.parts()[part].starts_above_base && level == job.plan_.info.finest;
-        bands_.emplace_back(job.plan_.parts[part], codec, part, job.plan_.compression, level, is_left_out ? TexelRect{} : cascade.level(k).core);
+        bands_.emplace_back(job.plan_.parts[part], codec, part, job.plan_.compression, job.plan_.request.quality, level, is_left_out ? TexelRect{} : cascade.level(k).core);
       }
   }
 

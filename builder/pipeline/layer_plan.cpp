@@ -93,6 +93,7 @@ nlohmann::ordered_json settings_of(const LayerPlan& plan, const std::vector<Open
   settings["format"] = format_info(plan.info.format).name;
   settings["kernel"] = plan.kernel.name;
   for (const auto& [name, value] : request.options) settings["options"][name] = value;
+  if (request.quality != encode::Quality::kNormal) settings["quality"] = encode::quality_name(request.quality);
   settings["compression"] = request.compression;
   settings["tile"] = request.tile_texels;
   settings["crs"] = plan.crs.text();

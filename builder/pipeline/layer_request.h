@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "builder/channels/channel_settings.h"
+#include "builder/encode/quality.h"
 #include "builder/geo/crs.h"
 #include "builder/resample/placed_source.h"
 #include "store/channel.h"
@@ -41,6 +42,7 @@ struct LayerRequest {
   std::optional<TexelFormat> format;   // default: the channel's, with coverage when the source has it
   channels::Options options;           // of the channel, see builder/channels/channel_options.h
   std::string kernel;                  // "": the channel's own, see layer_kernel.h
+  encode::Quality quality = encode::Quality::kNormal;  // of block compression
   std::string compression = "zstd:3";
   int tile_texels = 256;
   std::optional<double> gsd_m;  // metres per texel of the finest level (of the grid if projected, on the ground if in degrees); default:

@@ -111,6 +111,11 @@ Result<LayerRequest> layer_from(const json& value, const Scene& scene, const std
   const auto loaded = load_option_files(layer.channel, folder, layer.options);
   if (!loaded) return fail(loaded.error().code, where + "/options: " + loaded.error().message);
   layer.compression = value.value("compression", layer.compression);
+  if (value.contains("quality")) {
+    const auto quality = encode::quality_from_name(value["quality"].get<std::string>());
+    if (!quality) return fail(ErrorCode::kInvalidData, where + "/quality: unknown quality '" + value["quality"].get<std::string>() + "'");
+    layer.quality = *quality;
+  }
   layer.tile_texels = value.value("tile", layer.tile_texels);
   if (value.contains("gsd")) layer.gsd_m = value["gsd"].get<double>();
   if (value.contains("range")) layer.range = std::array<double, 2>{value["range"][0].get<double>(), value["range"][1].get<double>()};

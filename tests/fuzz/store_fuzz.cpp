@@ -40,6 +40,9 @@ void use(std::span<const std::byte> bytes) {
   for (const LayerInfo& layer : reader->layers()) {
     if (layer.tile_payload_bytes() > kMaxTileBytes) continue;
     std::vector<std::byte> out(layer.tile_payload_bytes());
+    const auto read = [&](TileId tile) {
+      return layer.holds_blobs() ? reader->read_blob(layer.id, tile, out) : reader->read(layer.id, tile, out);
+    };
     for (int level = 0; level <= layer.finest.value; ++level) {
       const std::uint32_t side = std::min(kMaxSide, std::uint32_t{1} << level);
       for (std::uint32_t y = 0; y < side; ++y) {
@@ -48,7 +51,7 @@ void use(std::span<const std::byte> bytes) {
           const auto lookup = reader->lookup(layer.id, tile);
           if (!lookup || lookup->kind == TileKind::kAbsent) continue;
           // In a valid store every tile that is there can be read.
-          if (!reader->read(layer.id, tile, out) && report->ok()) std::abort();
+          if (!read(tile) && report->ok()) std::abort();
         }
       }
     }

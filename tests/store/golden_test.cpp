@@ -113,7 +113,36 @@ Bytes shared_store() {
   return bytes;
 }
 
-// Every format, raw, compressed and constant tiles, a carry layer, an index two pages deep, an older generation.
+std::vector<TexelFormat> texture_formats() {
+  std::vector<TexelFormat> formats;
+  for (std::uint16_t n = 1; const auto format = format_from_number(n); ++n)
+    if (format != TexelFormat::kBlob) formats.push_back(*format);
+  return formats;
+}
+
+Bytes some_bytes(std::size_t count) {
+  Bytes bytes(count);
+  for (std::size_t i = 0; i < count; ++i) bytes[i] = static_cast<std::byte>(i * i + 7);
+  return bytes;
+}
+
+// A texture layer without tiles, and one blob that it owns.
+Bytes blob_store() {
+  const TempFolder folder;
+  StoreWriter writer = value_of(StoreWriter::create(folder / "a.vts", {}));
+  LayerInfo blobs = small_layer("notes", TexelFormat::kBlob, 2, 0);
+  blobs.role = LayerRole::kCarry;
+  blobs.owner = value_of(writer.add_layer(small_layer("color", TexelFormat::kRgb8, 2, 0)));
+  const LayerId id = value_of(writer.add_layer(blobs));
+  succeed(writer.put(id, {}, PayloadView(Codec::kZstd, 300, uncompressed_frame(some_bytes(300)))));
+  succeed(writer.finish());
+  Bytes bytes = read_file(folder / "a.vts");
+  set_uuid(bytes);
+  return bytes;
+}
+
+// Every format, raw, compressed and constant tiles, a part, carry layers, one of them of blobs, an index two pages deep, an older
+// generation.
 Contents rich_contents;
 Bytes rich_store() {
   const TempFolder folder;
@@ -126,9 +155,16 @@ Bytes rich_store() {
     succeed(writer.put(id, tile, encoded(truth[{layer.name, tile}], compression)));
   };
   int number = 0;
-  for (const TexelFormat format : {TexelFormat::kRgb8, TexelFormat::kRgba8, TexelFormat::kBc1, TexelFormat::kR32Float,
-                                   TexelFormat::kRg32Float, TexelFormat::kRgba32Float, TexelFormat::kHash128}) {
-    const LayerInfo layer = small_layer(std::string(format_info(format).name), format, 3, 1);
+  for (const TexelFormat format : texture_formats()) {
+    LayerInfo layer = small_layer(std::string(format_info(format).name), format, 3, 1);
+    if (format == TexelFormat::kR16) {
+      layer.zero_is_nodata = true;
+      layer.components[0] = {.scale = 0.25, .offset = -1000.0};
+    }
+    if (format == TexelFormat::kRg8) {
+      layer.is_part = true;
+      layer.owner = {0};
+    }
     const LayerId id = value_of(writer.add_layer(layer));
     put(layer, id, tile_at(0, 0, 0), {});
     put(layer, id, tile_at(1, static_cast<std::uint32_t>(number % 2), 1), {Codec::kZstd, 3});
@@ -147,14 +183,22 @@ Bytes rich_store() {
   carry.owner = {0};
   const LayerId carry_id = value_of(writer.add_layer(carry));
   put(carry, carry_id, tile_at(1, 1, 1), {});
+  LayerInfo blobs = small_layer("rgb8 notes", TexelFormat::kBlob, 3, 1);
+  blobs.role = LayerRole::kCarry;
+  blobs.owner = {0};
+  const LayerId blobs_id = value_of(writer.add_layer(blobs));
+  for (const std::uint32_t x : {0U, 1U}) {
+    truth[{blobs.name, tile_at(1, x, 0)}] = some_bytes(x == 0 ? 1 : 1000);
+    succeed(writer.put(blobs_id, tile_at(1, x, 0), encoded(truth[{blobs.name, tile_at(1, x, 0)}], {Codec::kZstd, 3})));
+  }
   LayerInfo deep = small_layer("deep", TexelFormat::kRgb8, 2, 6);
   deep.channel = ChannelType::kElevation;
   deep.metadata_json = R"({"levels":7})";
   const LayerId deep_id = value_of(writer.add_layer(deep));
   for (int level = 0; level <= 6; ++level) put(deep, deep_id, tile_at(level, (1U << level) - 1, 0), {});
   succeed(writer.set_state(deep_id, LayerState::kComplete));
-  for (const TexelFormat format :
-       {TexelFormat::kRgb8, TexelFormat::kRgba8, TexelFormat::kR32Float, TexelFormat::kRg32Float, TexelFormat::kRgba32Float}) {
+  for (const TexelFormat format : texture_formats()) {
+    if (!tile_shape(format, 1).is_predictable()) continue;
     const LayerInfo layer = small_layer("smooth " + std::string(format_info(format).name), format, 4, 0);
     const LayerId id = value_of(writer.add_layer(layer));
     truth[{layer.name, TileId{}}] = smooth_tile_bytes(layer, {});
@@ -172,17 +216,14 @@ std::uint64_t catalog_payload(const Bytes& store) {
   return superblock->catalog.offset + kRecordHeaderBytes;
 }
 Reference root_of(const Bytes& store, std::size_t layer, std::size_t level) {
-  return decode_catalog(std::span(store)
-                            .subspan(catalog_payload(store))
-                            .first(choose_superblock(std::span(store).first(kLogStart), store.size())->catalog.stored_bytes),
-                        store.size())
-      ->layers[layer]
-      .roots[level];
+  const Superblock superblock = *choose_superblock(std::span(store).first(kLogStart), store.size());
+  const auto payload = std::span(store).subspan(catalog_payload(store)).first(superblock.catalog.stored_bytes);
+  return decode_catalog(payload, store.size(), superblock.version)->layers[layer].roots[level];
 }
 
-// The only tile of the first layer of a small store.
-Reference tile_of(const Bytes& store) {
-  const Reference page = root_of(store, 0, 0);
+// The only tile of a layer of a small store.
+Reference tile_of(const Bytes& store, std::size_t layer = 0) {
+  const Reference page = root_of(store, layer, 0);
   return page_entry(std::span(store).subspan(page.offset + kRecordHeaderBytes, page.stored_bytes), 0);
 }
 
@@ -217,6 +258,37 @@ const std::vector<Bad>& bad_stores() {
       {smallest_store, "layer-tile-exponent", 204, false,
        [](Bytes& s) {
          s[catalog_payload(s) + 48 + 9] = std::byte{13};
+         reseal(s);
+       }},
+      {smallest_store, "layer-flags", 203, false,
+       [](Bytes& s) {
+         s[catalog_payload(s) + 48 + 14] = std::byte{4};
+         reseal(s);
+       }},
+      {smallest_store, "component-scale", 204, false,
+       [](Bytes& s) {
+         put_f64(s, catalog_payload(s) + 48 + 128, 0.0);
+         reseal(s);
+       }},
+      {smallest_store, "part-of-itself", 205, false,
+       [](Bytes& s) {
+         s[catalog_payload(s) + 48 + 14] = std::byte{1};
+         reseal(s);
+       }},
+      {smallest_store, "blobs-as-texture", 204, false,
+       [](Bytes& s) {
+         s[catalog_payload(s) + 48 + 4] = std::byte{22};
+         reseal(s);
+       }},
+      {blob_store, "blob-of-no-bytes", 401, true,
+       [](Bytes& s) {
+         const std::uint64_t record = tile_of(s, 1).offset;
+         put<std::uint32_t>(s, record + 16, 0);
+         reseal(s);
+       }},
+      {blob_store, "blob-longer-than-its-frame", 402, true,
+       [](Bytes& s) {
+         s[tile_of(s, 1).offset + 16] ^= std::byte{1};
          reseal(s);
        }},
       {smallest_store, "page-rank", 303, true,
@@ -300,6 +372,9 @@ TEST(Golden, TheRichStoreReadsBackWhateverThisWriterWouldMake) {
   EXPECT_EQ(reader.description().area.east, 182.0);
   EXPECT_EQ(reader.find_layer("deep")->metadata_json, R"({"levels":7})");
   EXPECT_EQ(reader.find_layer("rgb8 carry")->owner, LayerId{0});
+  EXPECT_EQ(reader.find_layer("r16")->components[0], (ComponentRange{.scale = 0.25, .offset = -1000.0}));
+  EXPECT_TRUE(reader.find_layer("r16")->zero_is_nodata);
+  EXPECT_TRUE(reader.find_layer("rg8")->is_part);
   for (const LayerInfo& layer : reader.layers()) {
     if (!layer.name.starts_with("smooth ")) continue;
     EXPECT_EQ(value_of(reader.lookup(layer.id, {})).codec, Codec::kPredictedZstd) << layer.name;
@@ -311,26 +386,41 @@ TEST(Golden, TheRichStoreReadsBackWhateverThisWriterWouldMake) {
   EXPECT_EQ(numbers, (std::set<int>{109, 501}));  // the first catalogs are garbage, the carry layer is unfinished
 }
 
-// Stores that the writer of version 1 left; nothing can write them any more. The rich one had the tiles of today's except for what came
-// later.
-TEST(Golden, StoresOfVersion1AreReadAsEver) {
-  EXPECT_EQ(read_all(value_of(StoreReader::open(kSource / "tests/golden/version-1-smallest.vts"))),
-            read_all(value_of(StoreReader::open(kSource / "tests/golden/smallest.vts"))));
+// Stores that writers of older versions left; nothing can write them any more. They had the tiles of today's except for what came later.
+TEST(Golden, StoresOfOlderVersionsAreReadAsEver) {
   static_cast<void>(rich_store());  // the truth
-  const auto path = kSource / "tests/golden/version-1-rich.vts";
-  const Contents contents = read_all(value_of(StoreReader::open(path)));
-  EXPECT_EQ(contents.size(), 26U);
-  for (const auto& [place, bytes] : contents) EXPECT_EQ(bytes, rich_contents.at(place)) << place.first;
-  EXPECT_TRUE(value_of(validate(path)).ok());
+  static_cast<void>(predicted_store());
+  static_cast<void>(shared_store());
+  const auto golden = [](const std::string& name) { return kSource / "tests/golden" / (name + ".vts"); };
+  const auto contents = [&](const std::string& name) {
+    EXPECT_TRUE(value_of(validate(golden(name))).ok()) << name;
+    const StoreReader reader = value_of(StoreReader::open(golden(name)));
+    for (const LayerInfo& layer : reader.layers()) {
+      EXPECT_EQ(layer.components, LayerInfo().components) << name;
+      EXPECT_FALSE(layer.is_part || layer.zero_is_nodata) << name;
+    }
+    return read_all(reader);
+  };
+  for (const std::string version : {"version-1-", "version-2-"}) {
+    EXPECT_EQ(contents(version + "smallest"), contents("smallest"));
+    const Contents rich = contents(version + "rich");
+    EXPECT_EQ(rich.size(), version == "version-1-" ? 26U : 34U);
+    for (const auto& [place, bytes] : rich) EXPECT_EQ(bytes, rich_contents.at(place)) << version << place.first;
+  }
+  EXPECT_EQ(contents("version-2-predicted"), predicted_contents);
+  EXPECT_EQ(contents("version-2-shared"), shared_contents);
 }
 
-TEST(Golden, AStoreOfVersion1GoesOnAsVersion2) {
+class GoldenOfVersion : public testing::TestWithParam<std::uint32_t> {};
+INSTANTIATE_TEST_SUITE_P(Golden, GoldenOfVersion, testing::Values(1U, 2U));
+
+TEST_P(GoldenOfVersion, GoesOnAsTheNewest) {
   const TempFolder folder;
   const auto path = folder / "a.vts";
-  std::filesystem::copy_file(kSource / "tests/golden/version-1-rich.vts", path);
+  std::filesystem::copy_file(kSource / "tests/golden" / ("version-" + std::to_string(GetParam()) + "-rich.vts"), path);
   Contents wanted = read_all(value_of(StoreReader::open(path)));
   LayerInfo hashes = small_layer("hashes", TexelFormat::kHash128, 2, 1);
-  for (int commits = 0; commits < 2; ++commits) {  // after the first, one superblock says 1 and the other 2
+  for (int commits = 0; commits < 2; ++commits) {  // after the first, one superblock says its version and the other ours
     StoreWriter writer = value_of(StoreWriter::open(path));
     const LayerId id = commits == 0 ? value_of(writer.add_layer(hashes)) : writer.find_layer("hashes")->id;
     const TileId tile = tile_at(1, 0, static_cast<std::uint32_t>(commits));
@@ -343,7 +433,7 @@ TEST(Golden, AStoreOfVersion1GoesOnAsVersion2) {
     const auto newest = choose_superblock(std::span(bytes).first(kLogStart), bytes.size());
     ASSERT_TRUE(newest);
     EXPECT_EQ(get<std::uint32_t>(bytes, superblock_offset(newest->generation) + 8), kFormatVersion);
-    EXPECT_EQ(get<std::uint32_t>(bytes, superblock_offset(newest->generation + 1) + 8), commits == 0 ? 1U : kFormatVersion);
+    EXPECT_EQ(get<std::uint32_t>(bytes, superblock_offset(newest->generation + 1) + 8), commits == 0 ? GetParam() : kFormatVersion);
   }
 }
 
@@ -366,8 +456,9 @@ TEST(Golden, EveryBadStoreIsRefusedForItsOwnFault) {
       EXPECT_THAT(reader.error().message, testing::HasSubstr(path.filename().string()));
     }
     if (reader && bad.finding < 500) {
+      const bool is_blob = reader->layers().back().holds_blobs();
       Bytes out(reader->layers()[0].tile_payload_bytes());
-      const auto read = reader->read(LayerId{0}, {}, out);
+      const auto read = is_blob ? reader->read_blob(reader->layers().back().id, {}, out) : reader->read(LayerId{0}, {}, out);
       ASSERT_FALSE(read) << bad.name;
       EXPECT_EQ(read.error().code, ErrorCode::kCorrupt);
     }
@@ -403,7 +494,7 @@ std::string dump(const Bytes& store) {
   const auto superblock = [&](const std::string& title, std::uint64_t start) {
     section(title, start,
             {{8, "magic \"VTSTORE1\""},
-             {4, "version 2"},
+             {4, "version 3"},
              {4, "reserved"},
              {16, "UUID"},
              {8, "generation"},
@@ -469,7 +560,7 @@ std::string dump(const Bytes& store) {
           {1, "finest level: 0"},
           {1, "name bytes: 5"},
           {2, "owner: none"},
-          {1, "reserved"},
+          {1, "flags: none"},
           {1, "ignorable"},
           {4, "metadata bytes: 0"},
           {4, "reserved"},
@@ -486,6 +577,14 @@ std::string dump(const Bytes& store) {
           {8, "constant tiles: 0"},
           {8, "stored bytes: 128"},
           {8, "reserved"},
+          {8, "component 0: scale 1.0"},
+          {8, "component 0: offset 0.0"},
+          {8, "component 1: scale 1.0"},
+          {8, "component 1: offset 0.0"},
+          {8, "component 2: scale 1.0"},
+          {8, "component 2: offset 0.0"},
+          {8, "component 3: scale 1.0"},
+          {8, "component 3: offset 0.0"},
           {16, "root of level 0: reference to the page"},
           {2, "metadata \"{}\""},
           {5, "name \"color\""}});

@@ -63,8 +63,9 @@ Anatomy anatomy_of(const std::filesystem::path& path) {
   const Bytes file = read_file(path);
   Anatomy anatomy{.superblock = choose_superblock(std::span(file).first(kLogStart), file.size()).value()};
   const Reference& at = anatomy.superblock.catalog;
-  anatomy.catalog =
-      decode_catalog(std::span(file).subspan(at.offset + kRecordHeaderBytes, at.stored_bytes), anatomy.superblock.file_end, anatomy.superblock.version).value();
+  anatomy.catalog = decode_catalog(std::span(file).subspan(at.offset + kRecordHeaderBytes, at.stored_bytes), anatomy.superblock.file_end,
+                                   anatomy.superblock.version)
+                        .value();
   std::map<std::uint64_t, Record> records;
   records[at.offset] = {at.offset, at.record_bytes(), RecordType::kCatalog};
   for (const CatalogLayer& layer : anatomy.catalog.layers)

@@ -6,6 +6,8 @@
 #include <cstring>
 #include <random>
 
+#include "store/bytes.h"
+#include "store/texel_decoder.h"
 #include "tests/store/store_support.h"
 
 namespace vt::store {
@@ -14,8 +16,24 @@ namespace {
 using namespace test;
 
 // One texel as the layer's format holds it; for BC1 the two end points as stored and the texel's own index, which is all that a decoder
-// sees of it.
+// sees of it; for other blocks what the decoder makes of it.
 using Texel = std::vector<std::byte>;
+
+Texel texel_in_block(const FormatInfo& format, const std::byte* block, std::int64_t x, std::int64_t y) {
+  if (format.block_edge == 1) return Texel(block, block + format.block_bytes);
+  const std::int64_t number = (y % 4) * 4 + x % 4;
+  if (format.format == TexelFormat::kBc1) {
+    const int bit = static_cast<int>(2 * number);
+    Texel texel(block, block + 4);
+    texel.push_back((block[4 + bit / 8] >> (bit % 8)) & std::byte{3});
+    return texel;
+  }
+  std::vector<float> samples(16UL * format.channels);
+  decode_texels(format.format, {block, format.block_bytes}, 4, 4, samples);
+  const auto bytes =
+      std::as_bytes(std::span(samples)).subspan(static_cast<std::size_t>(number) * format.channels * 4, format.channels * 4UL);
+  return Texel(bytes.begin(), bytes.end());
+}
 
 // Definition: the texel of the nearest present ancestor-or-self tile that covers (x, y); nothing where there is none.
 struct Found {
@@ -38,11 +56,7 @@ std::optional<Found> texel_by_definition(const LayerInfo& layer, const Contents&
     const FormatInfo& format = format_info(layer.format);
     const std::int64_t block = (in_y / format.block_edge) * (layer.tile_texels() / format.block_edge) + in_x / format.block_edge;
     const std::byte* bytes = at->second.data() + block * format.block_bytes;
-    if (format.block_edge == 1) return Found{Texel(bytes, bytes + format.block_bytes), steps};
-    const int bit = static_cast<int>(2 * ((in_y % 4) * 4 + in_x % 4));
-    Texel texel(bytes, bytes + 4);
-    texel.push_back((bytes[4 + bit / 8] >> (bit % 8)) & std::byte{3});
-    return Found{texel, steps};
+    return Found{texel_in_block(format, bytes, in_x, in_y), steps};
   }
   return std::nullopt;
 }
@@ -50,21 +64,16 @@ std::optional<Found> texel_by_definition(const LayerInfo& layer, const Contents&
 Texel texel_of_region(const FormatInfo& format, std::span<const std::byte> region, std::size_t pitch, std::int64_t x, std::int64_t y) {
   const std::byte* block = region.data() + static_cast<std::size_t>(y / format.block_edge) * pitch +
                            static_cast<std::size_t>(x / format.block_edge) * format.block_bytes;
-  if (format.block_edge == 1) return Texel(block, block + format.block_bytes);
-  const int bit = static_cast<int>(2 * ((y % 4) * 4 + x % 4));
-  Texel texel(block, block + 4);
-  texel.push_back((block[4 + bit / 8] >> (bit % 8)) & std::byte{3});
-  return texel;
+  return texel_in_block(format, block, x, y);
 }
 
 Texel missing_texel(const FormatInfo& format) {
-  if (format.block_edge > 1) return Texel(5);
-  Texel texel(format.block_bytes);
-  if (format.format == TexelFormat::kR32Float) {
-    const std::uint32_t nan = 0x7FC00000;
-    std::memcpy(texel.data(), &nan, 4);
-  }
-  return texel;
+  Texel block(format.block_bytes);
+  if (format.samples == SampleKind::kFloat)
+    for (std::size_t at = 0; at < block.size(); at += 4) put<std::uint32_t>(block, at, 0x7FC00000);
+  if (format.samples == SampleKind::kHalf)
+    for (std::size_t at = 0; at < block.size(); at += 2) put<std::uint16_t>(block, at, 0x7E00);
+  return texel_in_block(format, block.data(), 0, 0);
 }
 
 class Region : public testing::TestWithParam<TexelFormat> {};
@@ -134,7 +143,10 @@ TEST_P(Region, IsTheNearestAncestorsTexelEverywhere) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Formats, Region,
-                         testing::Values(TexelFormat::kRgb8, TexelFormat::kRgba8, TexelFormat::kBc1, TexelFormat::kR32Float),
+                         testing::Values(TexelFormat::kRgb8, TexelFormat::kRgba8, TexelFormat::kBc1, TexelFormat::kR32Float,
+                                         TexelFormat::kR8, TexelFormat::kRg8, TexelFormat::kR16, TexelFormat::kRg16, TexelFormat::kRgba16,
+                                         TexelFormat::kR16Float, TexelFormat::kRg16Float, TexelFormat::kRgba16Float, TexelFormat::kRgb9e5,
+                                         TexelFormat::kBc3, TexelFormat::kBc4, TexelFormat::kBc5),
                          [](const auto& instance) { return std::string(format_info(instance.param).name); });
 
 TEST(ReadRegion, AWholeTileIsTheTile) {

@@ -54,6 +54,7 @@ TEST(Store, KeepsEveryFieldOfALayerAndOfTheDataset) {
   info.data = {3, 5, 200, 100};
   info.grid = {.origin_x = 179.1, .origin_y = -10.1, .step_x = 1e-3, .step_y = 2e-3};
   info.source_nodata = -32768.0;
+  info.components = {{{0.5, -500.0}, {1e-3, 0.0}, {-2.0, 7.0}, {1e300, -1e300}}};
   info.metadata_json = R"({"unit":"m"})";
   const LayerId id = value_of(writer.add_layer(info));
   LayerInfo carry = info;
@@ -80,6 +81,7 @@ TEST(Store, KeepsEveryFieldOfALayerAndOfTheDataset) {
   EXPECT_EQ(back->data, info.data);
   EXPECT_EQ(back->grid, info.grid);
   EXPECT_EQ(back->source_nodata, info.source_nodata);
+  EXPECT_EQ(back->components, info.components);
   EXPECT_EQ(back->metadata_json, info.metadata_json);
   const LayerInfo* carried = reader.find_layer("carry");
   ASSERT_NE(carried, nullptr);
@@ -295,6 +297,10 @@ TEST(Store, RefusesLayersOutOfRangeBeforeAnythingIsWritten) {
   refused([](LayerInfo& l) { l.format = static_cast<TexelFormat>(99); });
   refused([](LayerInfo& l) { l.role = LayerRole::kCarry, l.owner = {9}; });
   refused([](LayerInfo& l) { l.metadata_json = "\xFF"; });
+  refused([](LayerInfo& l) { l.components[2].scale = 0.0; });
+  refused([](LayerInfo& l) { l.components[3].offset = std::nan(""); });
+  refused([](LayerInfo& l) { l.format = TexelFormat::kR32Float, l.zero_is_nodata = true; });
+  refused([](LayerInfo& l) { l.format = TexelFormat::kBlob; });
   EXPECT_EQ(writer.layers().size(), 1U);
 }
 

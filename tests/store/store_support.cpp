@@ -82,7 +82,7 @@ Contents read_all(const StoreReader& reader) {
           const TileId tile{Level{static_cast<std::uint8_t>(level)}, x, y};
           if (value_of(reader.lookup(layer.id, tile)).kind == TileKind::kAbsent) continue;
           Bytes bytes(layer.tile_payload_bytes());
-          succeed(reader.read(layer.id, tile, bytes));
+          succeed(layer.holds_blobs() ? reader.read_blob(layer.id, tile, bytes) : reader.read(layer.id, tile, bytes));
           contents[{layer.name, tile}] = std::move(bytes);
         }
       }

@@ -155,7 +155,7 @@ TEST(TexelRect, CoarserRoundsOutwardAlsoForNegativeCoordinates) {
 TEST(TexelFormat, EveryFormatIsFoundByNumberAndByName) {
   for (int number = 0; number < 70000; number += number < 300 ? 1 : 997) {
     const auto format = format_from_number(static_cast<std::uint16_t>(number));
-    EXPECT_EQ(format.has_value(), number % 65536 >= 1 && number % 65536 <= 7) << number;
+    EXPECT_EQ(format.has_value(), number % 65536 >= 1 && number % 65536 <= 22) << number;
     if (format) {
       EXPECT_EQ(static_cast<int>(*format), number);
       EXPECT_EQ(format_info(*format).format, *format);

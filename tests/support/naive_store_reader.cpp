@@ -110,7 +110,7 @@ std::optional<NaiveSuperblock> read_superblock(Bytes file, unsigned slot) {
   if (get_text(block, 0, 8) != "VTSTORE1") return std::nullopt;
   if (get_u64(block, 4088) != hash_of(part(block, 0, 4088))) return std::nullopt;
 
-  require(get_u32(block, 8) == 1 || get_u32(block, 8) == 2, "the superblock's version is 1 or 2");
+  require(get_u32(block, 8) >= 1 && get_u32(block, 8) <= 3, "the superblock's version is 1 to 3");
   require_zero(block, 12, 4, "the superblock's reserved bytes 12 to 15 are zero");
   const Bytes uuid = part(block, 16, 16);
   const std::uint64_t generation = get_u64(block, 32);
@@ -122,7 +122,11 @@ std::optional<NaiveSuperblock> read_superblock(Bytes file, unsigned slot) {
   require(catalog.stored_bytes <= kCatalogLimit, "the catalog has 64 MiB at most");
   // Bytes 64 to 127 are ignorable.
   require_zero(block, 128, 3960, "the superblock's reserved bytes 128 to 4087 are zero");
-  return NaiveSuperblock{.uuid = NaiveBytes(uuid.begin(), uuid.end()), .generation = generation, .file_end = file_end, .catalog = catalog};
+  return NaiveSuperblock{.uuid = NaiveBytes(uuid.begin(), uuid.end()),
+                         .generation = generation,
+                         .file_end = file_end,
+                         .catalog = catalog,
+                         .version = get_u32(block, 8)};
 }
 
 NaiveSuperblock choose_superblock(Bytes file) {
@@ -189,10 +193,33 @@ Format format_of(unsigned number) {
     case 6:  // rgba32f
     case 7:  // hash128
       return {.edge = 1, .block_bytes = 16};
+    case 8:  // r8
+      return {.edge = 1, .block_bytes = 1};
+    case 9:   // rg8
+    case 10:  // r16
+    case 13:  // r16f
+      return {.edge = 1, .block_bytes = 2};
+    case 11:  // rg16
+    case 14:  // rg16f
+    case 16:  // rgb9e5
+      return {.edge = 1, .block_bytes = 4};
+    case 12:  // rgba16
+    case 15:  // rgba16f
+      return {.edge = 1, .block_bytes = 8};
+    case 18:  // bc4
+      return {.edge = 4, .block_bytes = 8};
+    case 17:  // bc3
+    case 19:  // bc5
+    case 20:  // bc6h
+    case 21:  // bc7
+      return {.edge = 4, .block_bytes = 16};
     default:
       throw std::runtime_error("tile store: not so: the texel format is known");
   }
 }
+
+constexpr unsigned kBlob = 22;  // has neither
+constexpr std::uint64_t kBlobLimit = 256U << 20;
 
 std::uint64_t tile_bytes_of(const NaiveLayer& layer) {
   const Format format = format_of(layer.format);
@@ -236,7 +263,7 @@ struct LayerEntry {
   std::uint32_t metadata_bytes = 0;
 };
 
-LayerEntry read_layer_entry(Bytes entry) {
+LayerEntry read_layer_entry(Bytes entry, unsigned version) {
   LayerEntry result;
   NaiveLayer& layer = result.layer;
   layer.id = get_u16(entry, 0);
@@ -244,7 +271,7 @@ LayerEntry read_layer_entry(Bytes entry) {
   layer.channel = get_u16(entry, 2);
   require(layer.channel >= 1 && layer.channel <= 8, "a layer's channel is 1 to 8");
   layer.format = get_u16(entry, 4);
-  require(layer.format >= 1 && layer.format <= 7, "a layer's format is 1 to 7");
+  require(layer.format >= 1 && layer.format <= kBlob, "a layer's format is 1 to 22");
   layer.transfer = get_u8(entry, 6);
   require(layer.transfer <= 1, "a layer's transfer is 0 or 1");
   layer.role = get_u8(entry, 7);
@@ -259,8 +286,15 @@ LayerEntry read_layer_entry(Bytes entry) {
   result.name_bytes = get_u8(entry, 11);
   require(result.name_bytes >= 1 && result.name_bytes <= 63, "a layer's name has 1 to 63 bytes");
   layer.owner = get_u16(entry, 12);
-  require(layer.role == 1 || layer.owner == 0, "only a carry layer has an owner");
-  require_zero(entry, 14, 1, "a layer's reserved byte 14 is zero");
+  const unsigned flags = get_u8(entry, 14);
+  require(flags < (version < 3 ? 1U : 4U), "a layer's reserved flags are zero");
+  layer.is_part = (flags & 1) != 0;
+  layer.zero_is_nodata = (flags & 2) != 0;
+  require(!layer.is_part || layer.role == 0, "only a texture layer is a part");
+  require(layer.role == 1 || layer.is_part || layer.owner == 0, "only a carry layer or a part has an owner");
+  require(layer.format != kBlob || layer.role == 1, "only a carry layer holds blobs");
+  const bool has_codes = layer.format <= 2 || (layer.format >= 8 && layer.format <= 12);
+  require(!layer.zero_is_nodata || has_codes, "only in formats of codes is zero no data");
   // Byte 15 is ignorable.
   result.metadata_bytes = get_u32(entry, 16);
   require(result.metadata_bytes <= kJsonLimit, "a layer's JSON has 16 MiB at most");
@@ -288,23 +322,33 @@ LayerEntry read_layer_entry(Bytes entry) {
   require(layer.constant_tiles <= layer.tiles, "a layer's constant tiles are among its tiles");
   layer.stored_bytes = get_u64(entry, 112);
   require_zero(entry, 120, 8, "a layer's reserved bytes 120 to 127 are zero");
+  for (unsigned c = 0; version >= 3 && c < 4; ++c) {
+    layer.scale[c] = get_f64(entry, 128 + 16 * c);
+    layer.offset[c] = get_f64(entry, 136 + 16 * c);
+    require(std::isfinite(layer.scale[c]) && layer.scale[c] != 0.0, "a component's scale is finite and not 0");
+    require(std::isfinite(layer.offset[c]), "a component's offset is finite");
+  }
   return result;
 }
 
 void check_between_layers(const std::vector<NaiveLayer>& layers) {
   std::set<std::string> names;
   std::set<unsigned> texture_ids;
+  std::set<unsigned> part_ids;
   for (std::size_t i = 0; i < layers.size(); ++i) {
     require(i == 0 || layers[i - 1].id < layers[i].id, "layer ids ascend strictly");
     require(names.insert(layers[i].name).second, "layer names are unique");
     if (layers[i].role == 0) texture_ids.insert(layers[i].id);
+    if (layers[i].is_part) part_ids.insert(layers[i].id);
   }
   for (const NaiveLayer& layer : layers) {
     if (layer.role == 1) require(texture_ids.contains(layer.owner), "a carry layer's owner is there and a texture layer");
+    if (layer.is_part)
+      require(texture_ids.contains(layer.owner) && !part_ids.contains(layer.owner), "a part's owner is there, a texture layer and no part");
   }
 }
 
-NaiveCatalog read_catalog(Bytes payload, std::uint64_t file_end) {
+NaiveCatalog read_catalog(Bytes payload, std::uint64_t file_end, unsigned version) {
   NaiveCatalog catalog;
   const std::uint32_t layer_count = get_u32(payload, 0);
   require(layer_count <= 4096, "there are 4096 layers at most");
@@ -322,8 +366,9 @@ NaiveCatalog read_catalog(Bytes payload, std::uint64_t file_end) {
   std::uint64_t at = 48;
   std::vector<LayerEntry> entries;
   for (std::uint32_t i = 0; i < layer_count; ++i) {
-    entries.push_back(read_layer_entry(part(payload, at, 128)));
-    at += 128;
+    const std::uint64_t entry_bytes = version < 3 ? 128 : 192;
+    entries.push_back(read_layer_entry(part(payload, at, entry_bytes), version));
+    at += entry_bytes;
   }
   for (LayerEntry& entry : entries) {
     for (unsigned level = 0; level <= entry.layer.finest; ++level) {
@@ -411,9 +456,11 @@ NaiveBytes decode_predicted(Bytes payload, const NaiveLayer& layer) {
       channels = 4;
       break;
     case 4:
+    case 8:
       channels = 1;
       break;
     case 5:
+    case 9:
       channels = 2;
       break;
     case 6:
@@ -422,9 +469,9 @@ NaiveBytes decode_predicted(Bytes payload, const NaiveLayer& layer) {
     default:
       throw std::runtime_error("tile store: not so: the format can be predicted");
   }
-  prediction.is_float = layer.format >= 4;
+  prediction.is_float = layer.format >= 4 && layer.format <= 6;
   const unsigned flags = get_u8(payload, 0);
-  require(flags <= (prediction.is_float ? 0U : 1U), "the prediction's reserved flags are zero");
+  require(flags <= (layer.format <= 2 ? 1U : 0U), "the prediction's reserved flags are zero");
   prediction.subtracts_green = flags == 1;
   for (std::uint64_t c = 0; c < channels; ++c) {
     prediction.predictors.push_back(get_u8(payload, 1 + c));
@@ -449,7 +496,7 @@ NaiveStoreReader::NaiveStoreReader(NaiveBytes file) : file_(std::move(file)) {
   require(superblock_.file_end <= file_.size(), "file_end is not beyond the file");
   // 2.
   const NaiveReference& reference = superblock_.catalog;
-  catalog_ = read_catalog(read_record(file_, reference, 0, reference.stored_bytes), superblock_.file_end);
+  catalog_ = read_catalog(read_record(file_, reference, 0, reference.stored_bytes), superblock_.file_end, superblock_.version);
 }
 
 NaiveStoreReader NaiveStoreReader::open(const std::filesystem::path& path) {
@@ -483,6 +530,13 @@ std::optional<NaiveBytes> NaiveStoreReader::tile(unsigned layer_id, unsigned lev
 
   // 5 and 6.
   if (reference.kind == kAbsent) return std::nullopt;
+  if (layer->format == kBlob) {
+    require(reference.kind == kTile && reference.codec != kPredicted, "a blob is a tile of its own, raw or zstd");
+    const std::uint64_t blob_bytes = get_u32(file_, reference.offset + 16);
+    require(blob_bytes >= 1 && blob_bytes <= kBlobLimit, "a blob has 1 byte to 256 MiB");
+    const Bytes blob = read_record(file_, reference, key_of(layer->id, level, morton), blob_bytes);
+    return reference.codec == kZstd ? decode_zstd(blob, blob_bytes) : NaiveBytes(blob.begin(), blob.end());
+  }
   const std::uint64_t tile_bytes = tile_bytes_of(*layer);
   if (reference.kind == kConstant) {
     return repeat_block(read_record(file_, reference, 0, format_of(layer->format).block_bytes), tile_bytes);

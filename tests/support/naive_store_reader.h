@@ -32,6 +32,7 @@ struct NaiveSuperblock {
   std::uint64_t generation = 0;
   std::uint64_t file_end = 0;
   NaiveReference catalog;
+  unsigned version = 0;
 };
 
 // Section 6: the layer entry, field by field, with its roots and texts.
@@ -57,6 +58,10 @@ struct NaiveLayer {
   std::uint64_t tiles = 0;
   std::uint64_t constant_tiles = 0;
   std::uint64_t stored_bytes = 0;
+  bool is_part = false;
+  bool zero_is_nodata = false;
+  double scale[4] = {1.0, 1.0, 1.0, 1.0};
+  double offset[4] = {0.0, 0.0, 0.0, 0.0};
   std::vector<NaiveReference> roots;  // finest + 1 of them, level 0 first
   std::string name;
   std::string metadata_json;  // as in the file, possibly empty

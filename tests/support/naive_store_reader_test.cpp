@@ -44,7 +44,7 @@ struct Answer {
 
 Answer answer_of(const StoreReader& reader, const LayerInfo& layer, TileId tile) {
   Bytes bytes(layer.tile_payload_bytes());
-  const auto read = reader.read(layer.id, tile, bytes);
+  const auto read = layer.holds_blobs() ? reader.read_blob(layer.id, tile, bytes) : reader.read(layer.id, tile, bytes);
   if (read) return {"bytes", bytes};
   return {read.error().code == ErrorCode::kNotFound ? "absent" : "damaged", {}};
 }
@@ -103,6 +103,9 @@ void expect_same_layer(const LayerInfo& layer, const NaiveLayer& naive) {
   expect_same_bits(layer.grid.step_y, naive.step_y, "step_y");
   expect_same_bits(layer.source_nodata, naive.source_nodata, "source_nodata");
   EXPECT_EQ(json_of(layer.metadata_json), json_of(naive.metadata_json));
+  EXPECT_EQ(layer.is_part, naive.is_part);
+  EXPECT_EQ(layer.zero_is_nodata, naive.zero_is_nodata);
+  for (std::size_t c = 0; c < 4; ++c) EXPECT_EQ(layer.components[c], (ComponentRange{.scale = naive.scale[c], .offset = naive.offset[c]}));
   EXPECT_EQ(layer.tiles, naive.tiles);
   EXPECT_EQ(layer.constant_tiles, naive.constant_tiles);
   EXPECT_EQ(layer.stored_bytes, naive.stored_bytes);
@@ -173,8 +176,13 @@ std::uint64_t tiles_in(const std::filesystem::path& path) {
   return tiles;
 }
 
-constexpr TexelFormat kFormats[] = {TexelFormat::kRgb8,      TexelFormat::kRgba8,       TexelFormat::kBc1,    TexelFormat::kR32Float,
-                                    TexelFormat::kRg32Float, TexelFormat::kRgba32Float, TexelFormat::kHash128};
+// All but blobs.
+std::vector<TexelFormat> texture_formats() {
+  std::vector<TexelFormat> formats;
+  for (std::uint16_t n = 1; const auto format = format_from_number(n); ++n)
+    if (format != TexelFormat::kBlob) formats.push_back(*format);
+  return formats;
+}
 
 void put(StoreWriter& writer, const LayerInfo& layer, LayerId id, TileId tile, int version, Codec codec) {
   succeed(writer.put(id, tile, encoded(tile_bytes(layer, tile, version), {codec, 3})));
@@ -203,13 +211,17 @@ TEST(NaiveStoreReader, AgreesOnEveryFormatAndEveryField) {
       value_of(StoreWriter::create(folder / "a.vts", {.area = {.west = 179.5, .south = -18.25, .east = 180.5, .north = -17.0},
                                                       .metadata_json = R"({"crs":"EPSG:4326"})"}));
   int number = 0;
-  for (const TexelFormat format : kFormats) {
-    LayerInfo layer = small_layer("layer " + std::to_string(number), format, 2 + number, 3);
-    layer.channel = static_cast<ChannelType>(1 + number);
+  for (const TexelFormat format : texture_formats()) {
+    LayerInfo layer = small_layer("layer " + std::to_string(number), format, 2 + number % 7, 3);
+    layer.channel = static_cast<ChannelType>(1 + number % 8);
     layer.transfer = number == 0 ? Transfer::kSrgb : Transfer::kLinear;
     layer.data = {.x = 1, .y = 2 + number, .width = 5 + number, .height = 7};
     layer.grid = {.origin_x = 179.5 + number, .origin_y = -17.0, .step_x = 0.125, .step_y = 0.25};
     layer.source_nodata = number % 2 == 0 ? -9999.0 : std::nan("");
+    layer.components[static_cast<std::size_t>(number) % 4] = {.scale = 0.5 + number, .offset = -number / 3.0};
+    layer.is_part = number % 5 == 4;
+    if (layer.is_part) layer.owner = {0};
+    layer.zero_is_nodata = format_info(format).samples == SampleKind::kUnorm16;
     layer.metadata_json = R"({"number":)" + std::to_string(number) + "}";
     const LayerId id = value_of(writer.add_layer(layer));
     for (std::uint32_t i = 0; i < 8; ++i) {
@@ -226,10 +238,17 @@ TEST(NaiveStoreReader, AgreesOnEveryFormatAndEveryField) {
   carry.role = LayerRole::kCarry;
   carry.owner = {1};
   put(writer, carry, value_of(writer.add_layer(carry)), tile_at(1, 0, 1), 0, Codec::kRaw);
+  LayerInfo blobs = small_layer("blobs", TexelFormat::kBlob, 2, 1);
+  blobs.role = LayerRole::kCarry;
+  blobs.owner = {3};
+  const LayerId blobs_id = value_of(writer.add_layer(blobs));
+  for (const std::uint32_t x : {0U, 1U})
+    succeed(writer.put(blobs_id, tile_at(1, x, 1), encoded(Bytes(777, std::byte{9}), {x == 0 ? Codec::kRaw : Codec::kZstd, 3})));
   succeed(writer.finish());
 
-  EXPECT_EQ(expect_agreement(folder / "a.vts"), 7U * 22 + 1);
-  EXPECT_EQ(tiles_in(folder / "a.vts"), 7U * 22 + 1);
+  const auto formats = static_cast<unsigned>(texture_formats().size());
+  EXPECT_EQ(expect_agreement(folder / "a.vts"), formats * 22 + 3);
+  EXPECT_EQ(tiles_in(folder / "a.vts"), formats * 22 + 3);
 }
 
 TEST(NaiveStoreReader, AgreesOnFarApartTilesOfDeepLevels) {
