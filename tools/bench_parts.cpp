@@ -215,8 +215,8 @@ class Window {
     const bool base_passes = plan_.sampler->passes_texels();
     // The window is an image of its own: its place would only add a misaligned first row and column.
     const TexelRect whole{0, 0, place_.width, place_.height};
-    pyramid::PlaneCascade cascade(pyramid::plan_block(whole, whole, outputs_, false, plan_.kernel), outputs_, codec, plan_.kernel,
-                                  plan_.info.tile_exponent);
+    pyramid::PlaneCascade cascade(pyramid::plan_block(whole, whole, outputs_, false, plan_.kernel), outputs_, codec.rules(),
+                                  codec.weight_plane(), plan_.kernel, plan_.info.tile_exponent);
     QuantisingSink sink(codec, place_.width, base_passes, kept);
     sink.set_cascade(cascade);
     resample::BaseChunk chunk;
@@ -293,7 +293,8 @@ Result<PartSeconds> PartsBench::measure(const JobKind& job, std::uint64_t output
   PartSeconds parts;
   parts.read = *impl.read;
   const double base_texels = static_cast<double>(plan.info.data.width) * static_cast<double>(plan.info.data.height);
-  const double sample_bytes_in_all = base_texels * static_cast<double>(format_info(plan.sampler->codec().parts().front().texel_format).block_bytes);
+  const double sample_bytes_in_all =
+      base_texels * static_cast<double>(format_info(plan.sampler->codec().parts().front().texel_format).block_bytes);
 
   const Window window(plan);
   VT_ASSIGN(const double filter, window.filter_seconds(impl.runs));

@@ -2,8 +2,8 @@
 
 #include <algorithm>
 #include <array>
-#include <memory>
 #include <map>
+#include <memory>
 #include <utility>
 
 #include "builder/pipeline/dataset_store.h"
@@ -193,10 +193,10 @@ std::function<Result<int>()> add_layer_command(CLI::App& app, std::shared_ptr<nl
   command->add_option("--area", flags->area,
                       "WEST,SOUTH,EAST,NORTH of the layer in units of its system, widened to whole texels (default: all that the inputs "
                       "cover); inputs may come later, with --update");
-  command
-      ->add_option("--resample", flags->resample,
-                   "for inputs on another grid: bilinear, or nearest, which keeps samples as they are and moves a grid that is off by part "
-                   "of a texel (default: bilinear, for material nearest)");
+  command->add_option(
+      "--resample", flags->resample,
+      "for inputs on another grid: bilinear, or nearest, which keeps samples as they are and moves a grid that is off by part "
+      "of a texel (default: bilinear, for material nearest)");
   command->add_option("--bands", flags->bands, "bands to use, counted from 1, for example 3,2,1");
   command->add_option("--range", flags->range,
                       "LOW,HIGH: sample values that are black and white (default: all of an 8 or 16 bit unsigned type; others need it)");

@@ -62,14 +62,14 @@ enum class PlaneRule : std::uint8_t {
 
 // One texture layer that a channel writes. The first part is the layer itself, the others lie beside it as NAME/suffix on the same grid.
 struct Part {
-  std::string suffix;                                 // "" for the first
-  TexelFormat format = TexelFormat::kRgb8;            // as stored
-  TexelFormat texel_format = TexelFormat::kRgb8;      // what encode_row writes: `format`, or what its block encoder takes
-  std::vector<std::string> components;                // what the texel's numbers are, for people and metadata: {"east mean", ...}
-  std::string unit;                                   // of value = offset + scale * sample; "" when it has none
-  std::array<ComponentRange, 4> ranges = {};          // likewise
-  bool zero_is_nodata = false;                        // code 0 of the first component means no data
-  bool starts_above_base = false;                     // nothing is stored at the finest level; readers fall back to the next coarser one
+  std::string suffix;                             // "" for the first
+  TexelFormat format = TexelFormat::kRgb8;        // as stored
+  TexelFormat texel_format = TexelFormat::kRgb8;  // what encode_row writes: `format`, or what its block encoder takes
+  std::vector<std::string> components;            // what the texel's numbers are, for people and metadata: {"east mean", ...}
+  std::string unit;                               // of value = offset + scale * sample; "" when it has none
+  std::array<ComponentRange, 4> ranges = {};      // likewise
+  bool zero_is_nodata = false;                    // code 0 of the first component means no data
+  bool starts_above_base = false;                 // nothing is stored at the finest level; readers fall back to the next coarser one
 };
 
 // One number that is reported of every level: how far what is stored lies from the unquantised planes, in the channel's own unit.

@@ -61,8 +61,8 @@ Result<std::optional<double>> number_of(const Options& options, const std::strin
   if (given == options.end()) return std::optional<double>{};
   VT_ASSIGN(const double value, parse_number(name, given->second));
   if (value < least || value > greatest)
-    return fail(ErrorCode::kUsage, "option " + name + ": " + given->second + " is not from " + std::to_string(least) + " to " +
-                                       std::to_string(greatest));
+    return fail(ErrorCode::kUsage,
+                "option " + name + ": " + given->second + " is not from " + std::to_string(least) + " to " + std::to_string(greatest));
   return std::optional(value);
 }
 

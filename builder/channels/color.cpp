@@ -26,7 +26,8 @@ class ColorCodec final : public ChannelCodec {
     source_planes_ = 4;
     rules_.assign(4, PlaneRule::kLinear);
     stores_alpha_ = format == TexelFormat::kRgba8;
-    Part part{.format = format, .texel_format = stores_alpha_ ? TexelFormat::kRgba8 : TexelFormat::kRgb8, .components = {"red", "green", "blue"}};
+    Part part{
+        .format = format, .texel_format = stores_alpha_ ? TexelFormat::kRgba8 : TexelFormat::kRgb8, .components = {"red", "green", "blue"}};
     if (stores_alpha_) part.components.emplace_back("coverage");
     parts_.push_back(std::move(part));
     measures_.push_back({.name = "light", .unit = ""});

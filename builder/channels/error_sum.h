@@ -9,7 +9,7 @@ namespace vt::channels {
 
 struct ErrorSum {
   std::uint64_t count = 0;
-  double sum = 0.0;          // of magnitudes
+  double sum = 0.0;  // of magnitudes
   double sum_squares = 0.0;
   double largest = 0.0;
   // What should be there and what is, where a total has to be kept (light, power, area); otherwise both 0.

@@ -192,8 +192,7 @@ void TileBand::measure(OpenTile& tile, std::span<const std::byte> stored, bool i
     if (!is_measured(group)) continue;
     if (is_constant) {
       const std::size_t block = info.block_edge;
-      store::decode_texels(format_, stored.first(info.block_bytes), block, block,
-                           std::span(decoded_).first(block * block * info.channels));
+      store::decode_texels(format_, stored.first(info.block_bytes), block, block, std::span(decoded_).first(block * block * info.channels));
       for (std::size_t i = info.channels; i < decoded_.size(); ++i) decoded_[i] = decoded_[i % info.channels];
     } else {
       const std::size_t first = static_cast<std::size_t>(group - rect.y) / info.block_edge;
@@ -206,10 +205,10 @@ void TileBand::measure(OpenTile& tile, std::span<const std::byte> stored, bool i
       }
       channels::ConstPlaneRow reference{};
       for (int p = 0; p < codec_.planes(); ++p) reference[static_cast<std::size_t>(p)] = reference_row(tile, y, p) + (data.x - rect.x);
-      codec_.add_errors(part_, reference,
-                        decoded_.data() + static_cast<std::size_t>(y - group) * row_floats +
-                            static_cast<std::size_t>(data.x - rect.x) * info.channels,
-                        data.width, errors_);
+      codec_.add_errors(
+          part_, reference,
+          decoded_.data() + static_cast<std::size_t>(y - group) * row_floats + static_cast<std::size_t>(data.x - rect.x) * info.channels,
+          data.width, errors_);
     }
   }
 }

@@ -37,9 +37,10 @@ inline constexpr std::int64_t kMeasuredRowOfBlocks = 16;
 
 class TileBand {
  public:
-  // `layer` is the part's. `core` is the part of the level that the block owns, inside the data; tiles at its edges belong to no other block.
-  TileBand(const LayerInfo& layer, const channels::ChannelCodec& codec, std::size_t part, store::Compression compression,
-           Quality quality, Level level, const TexelRect& core);
+  // `layer` is the part's. `core` is the part of the level that the block owns, inside the data; tiles at its edges belong to no other
+  // block.
+  TileBand(const LayerInfo& layer, const channels::ChannelCodec& codec, std::size_t part, store::Compression compression, Quality quality,
+           Level level, const TexelRect& core);
 
   [[nodiscard]] bool is_empty() const { return core_.empty(); }
 

@@ -35,7 +35,8 @@ class BlockJob::Output final : public pyramid::RowSink {
       for (std::size_t part = 0; part < parts_; ++part) {
         const Level level{static_cast<std::uint8_t>(tier.base.value - k)};
         const bool is_left_out = codec.parts()[part].starts_above_base && level == job.plan_.info.finest;
-        bands_.emplace_back(job.plan_.parts[part], codec, part, job.plan_.compression, job.plan_.request.quality, level, is_left_out ? TexelRect{} : cascade.level(k).core);
+        bands_.emplace_back(job.plan_.parts[part], codec, part, job.plan_.compression, job.plan_.request.quality, level,
+                            is_left_out ? TexelRect{} : cascade.level(k).core);
       }
   }
 
@@ -67,7 +68,8 @@ class BlockJob::Output final : public pyramid::RowSink {
   [[nodiscard]] std::vector<LevelErrors> quality() const {
     std::vector<LevelErrors> levels;
     for (std::size_t i = 0; i < bands_.size(); ++i) {
-      if (i % parts_ == 0) levels.emplace_back(bands_[i].errors().begin(), bands_[i].errors().end());
+      if (i % parts_ == 0)
+        levels.emplace_back(bands_[i].errors().begin(), bands_[i].errors().end());
       else
         for (std::size_t m = 0; m < levels.back().size(); ++m) levels.back()[m] += bands_[i].errors()[m];
     }
@@ -125,7 +127,8 @@ Result<void> BlockJob::run(std::size_t tier_index, std::int64_t index, const std
   const InStage stage(clock_, Stage::kFilter);
   const Tier& tier = work_.tiers()[tier_index];
   pyramid::PlaneCascade cascade(pyramid::plan_block(tier.block(index), tier.data, tier.outputs, tier.has_carry, plan_.kernel), tier.outputs,
-                                plan_.sampler->codec(), plan_.kernel, plan_.info.tile_exponent);
+                                plan_.sampler->codec().rules(), plan_.sampler->codec().weight_plane(), plan_.kernel,
+                                plan_.info.tile_exponent);
   Output output(*this, tier, cascade);
   content_.reset();
   if (tier_index == 0) {

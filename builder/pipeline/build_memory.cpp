@@ -58,8 +58,9 @@ std::size_t tile_bytes(const LayerPlan& plan, const std::vector<pyramid::BlockLe
   for (std::size_t k = 0; k < outputs; ++k) {
     const std::size_t tiles = (static_cast<std::size_t>(block[k].core.width) + edge - 1) / edge;
     const std::int64_t level_texels = block[k].data.width * block[k].data.height;
-    const std::size_t measured_rows =
-        level_texels <= encode::kDenselyMeasuredTexels ? edge : (edge / 4 + encode::kMeasuredRowOfBlocks - 1) / encode::kMeasuredRowOfBlocks * 4;
+    const std::size_t measured_rows = level_texels <= encode::kDenselyMeasuredTexels
+                                          ? edge
+                                          : (edge / 4 + encode::kMeasuredRowOfBlocks - 1) / encode::kMeasuredRowOfBlocks * 4;
     for (std::size_t part = 0; part < plan.parts.size(); ++part) {
       const std::size_t payload = plan.parts[part].tile_payload_bytes();
       const std::size_t raw = edge * edge * format_info(plan.part(part).texel_format).block_bytes;
@@ -77,7 +78,8 @@ std::size_t tier_bytes(const LayerPlan& plan, const Tier& tier, bool is_first) {
   const std::size_t carry_tile = edge * edge * static_cast<std::size_t>(plan.codec->planes()) * sizeof(float);
   std::size_t bytes = cascade_bytes(plan, block) + tile_bytes(plan, block, static_cast<std::size_t>(tier.outputs));
   std::size_t compressor = 0;
-  for (const LayerInfo& part : plan.parts) compressor = std::max(compressor, store::compressor_bytes(plan.compression, part.tile_payload_bytes()));
+  for (const LayerInfo& part : plan.parts)
+    compressor = std::max(compressor, store::compressor_bytes(plan.compression, part.tile_payload_bytes()));
   if (tier.has_carry) {
     bytes += 3 * carry_tile;  // as floats, as residuals, compressed
     compressor = std::max(compressor, store::compressor_bytes({store::Codec::kZstd, 1}, carry_tile));

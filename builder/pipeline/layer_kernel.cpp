@@ -45,8 +45,8 @@ Result<pyramid::HalvingKernel> choose_kernel(const LayerRequest& request) {
   auto kernel = pyramid::kernel_from_name(name);
   if (!kernel) return fail(ErrorCode::kUsage, "unknown kernel '" + name + "'; known are " + kernel_names());
   if (kernel->is_point && request.channel != ChannelType::kElevation)
-    return fail(ErrorCode::kUsage, "kernel point takes one texel of four, which is for heights that displace a surface; " + channel +
-                                       " layers would alias");
+    return fail(ErrorCode::kUsage,
+                "kernel point takes one texel of four, which is for heights that displace a surface; " + channel + " layers would alias");
   const char* reason = why_only_box(request.channel);
   if (!kernel->is_point && reason != nullptr && name != pyramid::box_kernel().name)
     return fail(ErrorCode::kUsage, "kernel " + name + " does not suit " + channel + " layers: " + reason + "; they use box");

@@ -38,10 +38,10 @@ struct ExpectedSamples {
 struct LayerRequest {
   std::string name;
   ChannelType channel = ChannelType::kColor;
-  std::vector<SourceRequest> sources;  // later ones lie over earlier ones
-  std::optional<TexelFormat> format;   // default: the channel's, with coverage when the source has it
-  channels::Options options;           // of the channel, see builder/channels/channel_options.h
-  std::string kernel;                  // "": the channel's own, see layer_kernel.h
+  std::vector<SourceRequest> sources;                  // later ones lie over earlier ones
+  std::optional<TexelFormat> format;                   // default: the channel's, with coverage when the source has it
+  channels::Options options;                           // of the channel, see builder/channels/channel_options.h
+  std::string kernel;                                  // "": the channel's own, see layer_kernel.h
   encode::Quality quality = encode::Quality::kNormal;  // of block compression
   std::string compression = "zstd:3";
   int tile_texels = 256;
@@ -49,9 +49,9 @@ struct LayerRequest {
                                 // the first source's own grid
   std::optional<geo::Crs> crs;  // of the dataset; default: the store's, or the first source's
   std::optional<Area> area;     // outer edges of the layer in CRS units, widened to whole texels; default: all that the sources cover
-  std::optional<std::array<double, 2>> range;               // sample values of black and white
-  std::optional<resample::Method> resample;  // of sources on another grid; default: bilinear, of classes nearest
-  std::optional<ExpectedSamples> expected;                  // for a plan without sources
+  std::optional<std::array<double, 2>> range;  // sample values of black and white
+  std::optional<resample::Method> resample;    // of sources on another grid; default: bilinear, of classes nearest
+  std::optional<ExpectedSamples> expected;     // for a plan without sources
 };
 
 }  // namespace vt::pipeline

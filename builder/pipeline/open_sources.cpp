@@ -108,7 +108,7 @@ Result<std::vector<OpenSource>> open_sources(const LayerRequest& layer, const Sh
   const std::vector<SourceRequest>& requests = layer.sources;
   std::vector<std::optional<OpenSource>> opened(requests.size());
   VT_CHECK(for_each_index(requests.size(), threads, [&](std::size_t i) -> Result<void> {
-    VT_ASSIGN(opened[i], open_source(requests[i], shared));
+    VT_ASSIGN(opened[i], open_source(requests[i], layer.channel, shared));
     return {};
   }));
   std::vector<OpenSource> sources;

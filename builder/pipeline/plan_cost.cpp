@@ -75,8 +75,8 @@ PlanEstimate estimate_cost(const LayerPlan& plan, int block_levels, int threads,
   std::uint64_t kept_blocks = 0;
   for (const Tier& tier : plan_tiers(plan.info, block_levels))
     if (tier.has_carry) kept_blocks += static_cast<std::uint64_t>(tier.blocks());
-  const std::uint64_t carry_tile = std::uint64_t{plan.info.tile_texels()} * plan.info.tile_texels() *
-                                   static_cast<std::uint64_t>(plan.codec->planes()) * sizeof(float);
+  const std::uint64_t carry_tile =
+      std::uint64_t{plan.info.tile_texels()} * plan.info.tile_texels() * static_cast<std::uint64_t>(plan.codec->planes()) * sizeof(float);
   const double carry_ratio = plan.info.channel == ChannelType::kElevation ? kHeightCarryRatio : kColorCarryRatio;
   constexpr std::uint64_t kRecordBytes = store::kRecordHeaderBytes + store::kRecordAlignment / 2;  // header, and up to the next record
   estimate.working_state_bytes = scaled(kept_blocks * carry_tile, carry_ratio) + kept_blocks * (kRecordBytes + store::kRecordAlignment);

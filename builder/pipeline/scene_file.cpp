@@ -107,7 +107,9 @@ Result<LayerRequest> layer_from(const json& value, const Scene& scene, const std
   }
   layer.kernel = value.value("kernel", layer.kernel);
   for (const auto& [name, option] : value.value("options", json::object()).items())
-    layer.options[name] = option.is_string() ? option.get<std::string>() : option.is_boolean() ? (option.get<bool>() ? "yes" : "no") : option.dump();
+    layer.options[name] = option.is_string()    ? option.get<std::string>()
+                          : option.is_boolean() ? (option.get<bool>() ? "yes" : "no")
+                                                : option.dump();
   const auto loaded = load_option_files(layer.channel, folder, layer.options);
   if (!loaded) return fail(loaded.error().code, where + "/options: " + loaded.error().message);
   layer.compression = value.value("compression", layer.compression);

@@ -40,8 +40,8 @@ class RowSink {
 
 // A row of tiles of carry that lie side by side, as carry_bytes() gave them.
 struct CarryTiles {
-  std::int64_t first_column = 0;  // of tiles
-  std::int64_t row = 0;           // of tiles
+  std::int64_t first_column = 0;                  // of tiles
+  std::int64_t row = 0;                           // of tiles
   std::span<const std::vector<std::byte>> tiles;  // empty bytes: there is no carry, because there are no data
 };
 

@@ -51,8 +51,7 @@ HalvingKernel make_kernel(std::string_view name, int taps, const std::function<d
   half[0] += (1.0 - rounded_sum) / 2.0;  // the rest of the rounding, a few 2^-20
 
   HalvingKernel kernel{.name = name, .taps = taps, .weight = {}};
-  for (std::size_t i = 0; i < half_taps; ++i)
-    kernel.weight[half_taps - 1 - i] = kernel.weight[half_taps + i] = static_cast<float>(half[i]);
+  for (std::size_t i = 0; i < half_taps; ++i) kernel.weight[half_taps - 1 - i] = kernel.weight[half_taps + i] = static_cast<float>(half[i]);
   return kernel;
 }
 

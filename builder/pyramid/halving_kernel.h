@@ -16,8 +16,8 @@ struct HalvingKernel {
   // Symmetric; multiples of 2^-20 with sum exactly 1. So the weights of texels that are all there sum to exactly 1 in any order, and a
   // filtered opaque texel needs no division: the fast path for opaque data and the general path give the same bits.
   std::array<float, kMaxTaps> weight{};
-  // Not a mean: the coarse texel is the fine texel 2 * i. Then texel i of a level lies at the place of texel 2 * i of the next finer one, and
-  // neighbouring tiles share their edges at every level, as displaced surfaces need.
+  // Not a mean: the coarse texel is the fine texel 2 * i. Then texel i of a level lies at the place of texel 2 * i of the next finer one,
+  // and neighbouring tiles share their edges at every level, as displaced surfaces need.
   bool is_point = false;
   bool limits_ringing = false;  // values stay within the texels under the main lobe
 

@@ -9,19 +9,16 @@
 #include "builder/pyramid/reduce_rows.h"
 
 namespace vt::pyramid {
-namespace {
 
 using channels::PlaneRule;
 
-}  // namespace
-
-PlaneCascade::PlaneCascade(std::vector<BlockLevel> levels, int outputs, const channels::ChannelCodec& codec, const HalvingKernel& kernel,
-                           int tile_exponent)
+PlaneCascade::PlaneCascade(std::vector<BlockLevel> levels, int outputs, std::span<const PlaneRule> rules, int weight_plane,
+                           const HalvingKernel& kernel, int tile_exponent)
     : Cascade(std::move(levels), outputs),
       kernel_(kernel),
-      rules_(codec.rules().begin(), codec.rules().end()),
-      planes_(codec.planes()),
-      weight_plane_(codec.weight_plane()),
+      rules_(rules.begin(), rules.end()),
+      planes_(static_cast<int>(rules.size())),
+      weight_plane_(weight_plane),
       tile_exponent_(tile_exponent),
       ring_rows_(kernel.taps + 4) {
   assert(level_count() > 0 && !level(0).active.empty());
@@ -242,8 +239,8 @@ void PlaneCascade::limit_to_neighbours(LevelState& fine, std::int64_t y, const T
   const std::int64_t start = 2 * active.x - fine.plan.active.x;
   if (!opaque) {
     const std::int64_t x = 2 * active.x;
-    const std::array<channels::ConstPlaneRow, 4> rows{planes_at(fine, 2 * y - 1, x), planes_at(fine, 2 * y, x), planes_at(fine, 2 * y + 1, x),
-                                                      planes_at(fine, 2 * y + 2, x)};
+    const std::array<channels::ConstPlaneRow, 4> rows{planes_at(fine, 2 * y - 1, x), planes_at(fine, 2 * y, x),
+                                                      planes_at(fine, 2 * y + 1, x), planes_at(fine, 2 * y + 2, x)};
     channels::limit_to_covered(rows, rules_, weight_plane_, active.width, out);
     return;
   }

@@ -10,9 +10,9 @@ namespace vt::pyramid {
 
 class PlaneCascade final : public Cascade {
  public:
-  // levels[0].active is not empty. `codec` outlives the cascade. Tiles of carry are 2^tile_exponent texels a side.
-  PlaneCascade(std::vector<BlockLevel> levels, int outputs, const channels::ChannelCodec& codec, const HalvingKernel& kernel,
-               int tile_exponent);
+  // levels[0].active is not empty. `rules` and `weight_plane` are the codec's. Tiles of carry are 2^tile_exponent texels a side.
+  PlaneCascade(std::vector<BlockLevel> levels, int outputs, std::span<const channels::PlaneRule> rules, int weight_plane,
+               const HalvingKernel& kernel, int tile_exponent);
 
   [[nodiscard]] channels::PlaneRow begin_row() override;
   void end_row(bool opaque, RowSink& sink) override;

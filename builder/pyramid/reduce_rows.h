@@ -1,5 +1,5 @@
-// The inner loops of every overview: weighted sums of rows and along a row, extremes, single texels. SIMD with run-time dispatch; products and sums
-// are rounded one by one in one fixed order, so that every CPU and every blocking gives the same bits. Any thread.
+// The inner loops of every overview: weighted sums of rows and along a row, extremes, single texels. SIMD with run-time dispatch; products
+// and sums are rounded one by one in one fixed order, so that every CPU and every blocking gives the same bits. Any thread.
 #pragma once
 
 #include <cstddef>
