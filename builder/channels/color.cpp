@@ -12,6 +12,7 @@
 #include "builder/channels/color_rows.h"
 #include "builder/channels/read_samples.h"
 #include "builder/channels/srgb.h"
+#include "builder/channels/unblocked_format.h"
 
 namespace vt::channels {
 namespace {
@@ -25,11 +26,12 @@ class ColorCodec final : public ChannelCodec {
       : layout_(layout), transfer_(transfer), table_(code_table(transfer)) {
     source_planes_ = 4;
     rules_.assign(4, PlaneRule::kLinear);
-    stores_alpha_ = format == TexelFormat::kRgba8;
-    Part part{
-        .format = format, .texel_format = stores_alpha_ ? TexelFormat::kRgba8 : TexelFormat::kRgb8, .components = {"red", "green", "blue"}};
-    if (stores_alpha_) part.components.emplace_back("coverage");
-    parts_.push_back(std::move(part));
+    stores_alpha_ = unblocked_format(format) == TexelFormat::kRgba8;
+    const auto channels = static_cast<std::size_t>(format_info(format).channels);
+    const std::vector<std::string> names{"red", "green", "blue", "coverage"};
+    parts_.push_back({.format = format,
+                      .texel_format = unblocked_format(format),
+                      .components = {names.begin(), names.begin() + static_cast<std::ptrdiff_t>(channels)}});
     measures_.push_back({.name = "light", .unit = ""});
     const bool same_channels = layout.value_bands == 3 && layout.has_alpha == stores_alpha_;
     samples_are_texels_ = layout.type == SampleType::kUint8 && !layout.range && same_channels && !(layout.has_alpha && layout.nodata);
@@ -202,9 +204,10 @@ class ColorCodec final : public ChannelCodec {
 
 MadeCodec make_color_codec(const ChannelSettings& settings, const SampleLayout& layout) {
   const TexelFormat format = settings.format;
-  if (format != TexelFormat::kRgb8 && format != TexelFormat::kRgba8 && format != TexelFormat::kBc1)
+  if (format != TexelFormat::kRgb8 && format != TexelFormat::kRgba8 && format != TexelFormat::kBc1 && format != TexelFormat::kBc3 &&
+      format != TexelFormat::kBc7)
     return fail(ErrorCode::kUnsupported,
-                "a colour layer cannot be stored as " + std::string(format_info(format).name) + "; use rgb8, rgba8 or bc1");
+                "a colour layer cannot be stored as " + std::string(format_info(format).name) + "; use rgb8, rgba8, bc1, bc3 or bc7");
   if (layout.value_bands != 1 && layout.value_bands != 3)
     return fail(ErrorCode::kUnsupported, "colour needs one band (grey) or three, found " + std::to_string(layout.value_bands) +
                                              "; choose with --bands, for example --bands 3,2,1");

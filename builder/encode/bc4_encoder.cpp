@@ -17,6 +17,7 @@
 
 HWY_BEFORE_NAMESPACE();
 namespace vt::encode::HWY_NAMESPACE {
+namespace {
 
 template <Quality quality>
 HWY_INLINE Ends fit(const Texels& texels) {
@@ -83,6 +84,7 @@ void encode_r16(const BlockJob& job) { encode<R16>(job); }
 void encode_rg16(const BlockJob& job) { encode<Rg16>(job); }
 void encode_alpha8(const BlockJob& job) { encode<Alpha8>(job); }
 
+}  // namespace
 }  // namespace vt::encode::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 

@@ -16,6 +16,7 @@
 
 HWY_BEFORE_NAMESPACE();
 namespace vt::encode::HWY_NAMESPACE {
+namespace {
 namespace hn = hwy::HWY_NAMESPACE;
 
 using FloatTag = hn::ScalableTag<float>;
@@ -205,6 +206,7 @@ HWY_INLINE void store_blocks(const Ends& ends, const Texels& texels, std::uint8_
   }
 }
 
+}  // namespace
 }  // namespace vt::encode::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 #endif  // per-target include guard

@@ -11,6 +11,7 @@
 
 HWY_BEFORE_NAMESPACE();
 namespace vt::encode::HWY_NAMESPACE {
+namespace {
 
 // Squared error of a pair of codes.
 template <bool six>
@@ -154,6 +155,7 @@ HWY_INLINE Ends fit_least_squares(const Texels& texels) {
   return best;
 }
 
+}  // namespace
 }  // namespace vt::encode::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 #endif  // per-target include guard

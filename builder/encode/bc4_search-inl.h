@@ -21,6 +21,7 @@
 
 HWY_BEFORE_NAMESPACE();
 namespace vt::encode::HWY_NAMESPACE {
+namespace {
 
 // One block's texels in ascending order, in parts.
 using Sorted = std::array<float, 16>;
@@ -193,6 +194,7 @@ HWY_INLINE Ends search(const Ends& known, const Texels& texels) {
   return {.low = hn::Load(f, low), .high = hn::Load(f, high), .six = hn::Gt(hn::Load(f, six), hn::Zero(f)), .error = hn::Load(f, error)};
 }
 
+}  // namespace
 }  // namespace vt::encode::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 #endif  // per-target include guard

@@ -9,12 +9,8 @@
 
 namespace vt::encode {
 
-// What the encoder of a block format takes: rgb8 for bc1, rgba8 for bc3 and bc7, r16 for bc4, rg16 for bc5 (65535 stands for the 255 that
-// is decoded), rgba16f for bc6h. A plain format is its own.
-[[nodiscard]] TexelFormat unblocked_format(TexelFormat format);
-
-// `texels`: `height` rows of `width` texels of unblocked_format(format), `row_pitch_bytes` apart; both sizes are multiples of 4. `format`
-// is a block format. `blocks` has exactly their size.
+// `texels`: `height` rows of `width` texels of channels::unblocked_format(format), `row_pitch_bytes` apart; both sizes are multiples of 4.
+// `format` is a block format. `blocks` has exactly their size.
 void encode_blocks(TexelFormat format, std::span<const std::byte> texels, std::size_t width, std::size_t height,
                    std::size_t row_pitch_bytes, Quality quality, std::span<std::byte> blocks);
 

@@ -1,0 +1,89 @@
+// Mpx/s and quality of the BC7 and BC6H encoders at each quality, and Mpx/s of the decoders, one thread.
+#include <benchmark/benchmark.h>
+
+#include <string>
+
+#include "store/bc6h.h"
+#include "store/bc7.h"
+#include "tests/encode/bc6h_images.h"
+#include "tests/encode/bc7_images.h"
+
+namespace vt::encode {
+namespace {
+
+constexpr std::size_t kEdge = 512;
+
+constexpr std::array<std::pair<const char*, Quality>, 3> kQualities{
+    {{"fast", Quality::kFast}, {"normal", Quality::kNormal}, {"best", Quality::kBest}}};
+
+void count_texels(benchmark::State& state, std::size_t texels) {
+  state.counters["Mpx/s"] = benchmark::Counter(static_cast<double>(texels) * 1e-6, benchmark::Counter::kIsIterationInvariantRate);
+}
+
+void add_bc7(const std::string& name, const RgbaImage& image, int channels) {
+  for (const auto& [quality_name, quality] : kQualities) {
+    benchmark::RegisterBenchmark(("bc7/" + name + "/" + quality_name).c_str(),
+                                 [image, channels, quality = quality](benchmark::State& state) {
+                                   for (auto _ : state) benchmark::DoNotOptimize(encoded_bc7(image, quality));
+                                   count_texels(state, image.width * image.height);
+                                   state.counters["dB"] = bc7_psnr_db(image, encoded_bc7(image, quality), channels);
+                                 })
+        ->Unit(benchmark::kMillisecond)
+        ->MinTime(0.2);
+  }
+  benchmark::RegisterBenchmark(("bc7/" + name + "/decode").c_str(), [image](benchmark::State& state) {
+    const std::vector<std::byte> blocks = encoded_bc7(image, Quality::kNormal);
+    std::vector<std::byte> rgba(image.rgba.size());
+    for (auto _ : state) {
+      store::decode_bc7_image(blocks, image.width, image.height, rgba);
+      benchmark::ClobberMemory();
+    }
+    count_texels(state, image.width * image.height);
+  })->Unit(benchmark::kMillisecond);
+}
+
+void add_bc6h(const std::string& name, const HalfImage& image) {
+  for (const auto& [quality_name, quality] : kQualities) {
+    benchmark::RegisterBenchmark(("bc6h/" + name + "/" + quality_name).c_str(),
+                                 [image, quality = quality](benchmark::State& state) {
+                                   for (auto _ : state) benchmark::DoNotOptimize(encoded_bc6h(image, quality));
+                                   count_texels(state, image.width * image.height);
+                                   const std::vector<std::byte> blocks = encoded_bc6h(image, quality);
+                                   state.counters["rms_octaves"] = rms_octaves(image, blocks);
+                                   const std::array<double, 3> ratios = light_ratios(image, blocks);
+                                   state.counters["light_r"] = ratios[0] - 1;
+                                   state.counters["light_g"] = ratios[1] - 1;
+                                   state.counters["light_b"] = ratios[2] - 1;
+                                 })
+        ->Unit(benchmark::kMillisecond)
+        ->MinTime(0.2);
+  }
+  benchmark::RegisterBenchmark(("bc6h/" + name + "/decode").c_str(), [image](benchmark::State& state) {
+    const std::vector<std::byte> blocks = encoded_bc6h(image, Quality::kNormal);
+    std::vector<std::byte> halves(image.rgba.size() * 2);
+    for (auto _ : state) {
+      store::decode_bc6h_image(blocks, image.width, image.height, halves);
+      benchmark::ClobberMemory();
+    }
+    count_texels(state, image.width * image.height);
+  })->Unit(benchmark::kMillisecond);
+}
+
+}  // namespace
+}  // namespace vt::encode
+
+int main(int argc, char** argv) {
+  using namespace vt::encode;
+  add_bc7("photographic", RgbaImage(photographic_image(kEdge, kEdge, 1)), 3);
+  add_bc7("photographic_alpha", photographic_alpha_image(kEdge, kEdge, 1), 4);
+  add_bc7("noise", noise_rgba_image(kEdge, kEdge, 1), 4);
+  for (const char* name : kRealImages)
+    if (const auto image = real_image(name)) add_bc7(name, RgbaImage(*image), 3);
+  add_bc6h("day", day_image(kEdge, kEdge, 1));
+  add_bc6h("night", night_image(kEdge, kEdge, 1));
+  add_bc6h("noise_6_octaves", noise_half_image(kEdge, kEdge, 6, 1));
+  benchmark::Initialize(&argc, argv);
+  if (benchmark::ReportUnrecognizedArguments(argc, argv)) return 1;
+  benchmark::RunSpecifiedBenchmarks();
+  return 0;
+}

@@ -1,0 +1,163 @@
+#include "tests/encode/bc6h_definition.h"
+
+#include "builder/encode/bc6h_block.h"
+#include "store/bc6h_table.h"
+#include "tests/encode/bptc_definition.h"
+
+namespace vt::encode {
+namespace {
+
+using namespace definition;
+
+constexpr float kLargest = 31743;
+
+float light(std::uint32_t code) {
+  return code < 1024 ? std::ldexp(static_cast<float>(code), -24)
+                     : std::ldexp(static_cast<float>(1024 + code % 1024), static_cast<int>(code / 1024) - 25);
+}
+float light_step(std::uint32_t code) { return std::ldexp(1.0F, std::max(static_cast<int>(code / 1024), 1) - 25); }
+
+// A step of the ends to where the sum of light is the source's, at the least cost in squared error.
+Line<3> nearer_in_light(const Line<3>& line, const Projection<3>& projection, unsigned index_bits, const Texels<3>& texels,
+                        std::uint32_t subset) {
+  float a = 0, b = 0, c = 0, count = 0;
+  Color<3> missing{}, slope0{}, slope1{}, error{};
+  for (std::size_t i = 0; i < 16; ++i) {
+    if (!has(subset, i)) continue;
+    count += 1;
+    const float t = static_cast<float>(store::bptc_weight(index_bits, projection.index(texels[i]))) / 64.0F;
+    const float s = 1.0F - t;
+    a += s * s, b += s * t, c += t * t;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const float fitted = std::nearbyint(std::clamp(line.end0[k] * s + line.end1[k] * t, 0.0F, kLargest));
+      const auto code = static_cast<std::uint32_t>(fitted);
+      missing[k] += light(static_cast<std::uint32_t>(texels[i][k])) - light(code);
+      slope0[k] += light_step(code) * s;
+      slope1[k] += light_step(code) * t;
+      error[k] += (fitted - texels[i][k]) * (fitted - texels[i][k]);
+    }
+  }
+  const float determinant = a * c - b * b;
+  const bool solvable = determinant > 1e-3F;
+  Line<3> moved;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const float scale = 1.0F / (solvable ? determinant : 1.0F);
+    const float both = (slope0[k] + slope1[k]) / count;
+    const float along0 = solvable ? (c * slope0[k] - b * slope1[k]) * scale : both;
+    const float along1 = solvable ? (a * slope1[k] - b * slope0[k]) * scale : both;
+    const float gain = slope0[k] * along0 + slope1[k] * along1;
+    float factor = gain > 0 ? missing[k] / std::max(gain, 1e-30F) : 0.0F;
+    const float cost = missing[k] * factor;
+    const float allowed = error[k] + count;
+    if (cost > allowed) factor *= std::sqrt(allowed / std::max(cost, 1e-30F));
+    moved.end0[k] = std::clamp(line.end0[k] + along0 * factor, 0.0F, kLargest);
+    moved.end1[k] = std::clamp(line.end1[k] + along1 * factor, 0.0F, kLargest);
+  }
+  return moved;
+}
+
+Line<3> with_light_kept(const Line<3>& line, unsigned index_bits, const Texels<3>& texels, std::uint32_t subset) {
+  const Projection<3> projection(line, index_bits);
+  return nearer_in_light(nearer_in_light(line, projection, index_bits, texels, subset), projection, index_bits, texels, subset);
+}
+
+using EndCode = std::array<std::uint32_t, 3>;
+
+EndCode nearest(const Color<3>& end, int bits) {
+  EndCode codes{};
+  for (std::size_t k = 0; k < 3; ++k) {
+    const float number = end[k] * (64.0F / 31.0F) + 32.0F / 31.0F;
+    const float position = bits == 16 ? number : number * (1.0F / static_cast<float>(1 << (16 - bits))) - 0.5F;
+    codes[k] = static_cast<std::uint32_t>(std::nearbyint(std::clamp(position, 0.0F, static_cast<float>((1 << bits) - 1))));
+  }
+  return codes;
+}
+
+std::uint32_t unquantized(std::uint32_t code, int bits) {
+  if (bits == 16 || code == 0) return code;
+  return code == (1U << bits) - 1U ? 0xFFFFU : (code << 16U | 0x8000U) >> bits;
+}
+
+struct Candidate {
+  Bc6hChoice choice;
+  float error = 0;
+};
+
+// Indices and error of subset `subset`, whose texels are those in `mask`. Texels move with the line from `fitted` to `kept`.
+void evaluate(Candidate& candidate, std::size_t subset, std::uint32_t mask, const Line<3>& fitted, const Line<3>& kept,
+              const Texels<3>& texels) {
+  const store::Bc6hMode& mode = store::kBc6hModes[candidate.choice.mode];
+  const unsigned index_bits = mode.subsets == 1 ? 4 : 3;
+  EndCode value0 = candidate.choice.ends[2 * subset], value1 = candidate.choice.ends[2 * subset + 1];
+  Line<3> line;
+  for (std::size_t k = 0; k < 3; ++k) {
+    value0[k] = unquantized(value0[k], mode.base_bits), value1[k] = unquantized(value1[k], mode.base_bits);
+    line.end0[k] = static_cast<float>(value0[k]) * (31.0F / 64.0F) - 0.5F;
+    line.end1[k] = static_cast<float>(value1[k]) * (31.0F / 64.0F) - 0.5F;
+  }
+  const Projection<3> projection(line, index_bits), on_fitted(fitted, index_bits);
+  // Two halves of the block, the last texel first: the order in which the indices are packed.
+  for (const std::size_t half : {0, 8}) {
+    for (std::size_t i = half + 8; i-- > half;) {
+      if (!has(mask, i)) continue;
+      const auto weight = static_cast<float>(store::bptc_weight(index_bits, on_fitted.index(texels[i])));
+      Color<3> moved = texels[i];
+      for (std::size_t k = 0; k < 3; ++k) {
+        const float shift0 = kept.end0[k] - fitted.end0[k];
+        const float shift_along = ((kept.end1[k] - fitted.end1[k]) - shift0) * (1.0F / 64.0F);
+        moved[k] += shift0 + shift_along * weight;
+      }
+      const std::uint32_t index = projection.index(moved);
+      candidate.choice.indices |= std::uint64_t{index} << (4 * i);
+      float sum = 0;
+      for (std::size_t k = 0; k < 3; ++k) {
+        const auto decoded =
+            static_cast<float>(store::bptc_interpolated(value0[k], value1[k], store::bptc_weight(index_bits, index)) * 31 / 64);
+        sum += (decoded - texels[i][k]) * (decoded - texels[i][k]);
+      }
+      candidate.error += sum;
+    }
+  }
+}
+
+// Whether a transformed mode holds these ends whatever their order.
+bool differences_fit(const EndCode& p, const EndCode& q, const store::Bc6hMode& mode) {
+  for (std::size_t k = 0; k < 3; ++k)
+    if (std::abs(static_cast<int>(p[k]) - static_cast<int>(q[k])) >= 1 << (mode.delta_bits[k] - 1)) return false;
+  return true;
+}
+
+Candidate one_subset(const Texels<3>& texels, int passes) {
+  const Moments<3> m(texels, kWholeBlock);
+  Line<3> line = extremes(texels, kWholeBlock, m);
+  Candidate best;
+  for (int pass = 0; pass < passes; ++pass) {
+    line = refined(line, 4, texels, kWholeBlock, m);
+    const Line<3> kept = with_light_kept(line, 4, texels, kWholeBlock);
+    Candidate candidate;
+    for (const std::uint32_t row : {13U, 12U, 11U, 10U}) {
+      const store::Bc6hMode& mode = store::kBc6hModes[row];
+      const EndCode end0 = nearest(kept.end0, mode.base_bits), end1 = nearest(kept.end1, mode.base_bits);
+      candidate.choice.mode = row;
+      candidate.choice.ends = {end0, end1, end0, end1};
+      if (!mode.transformed || differences_fit(end0, end1, mode)) break;
+    }
+    evaluate(candidate, 0, kWholeBlock, line, kept, texels);
+    if (pass == 0 || candidate.error < best.error) best = candidate;
+  }
+  return best;
+}
+
+}  // namespace
+
+std::array<std::byte, 16> encode_bc6h_block_by_definition(const HalfTexels& halves, Quality quality) {
+  Texels<3> texels{};
+  for (std::size_t i = 0; i < 16; ++i)
+    for (std::size_t k = 0; k < 3; ++k) texels[i][k] = halves[i][k] == 0x7C00 ? kLargest : halves[i][k] > 0x7C00 ? 0.0F : halves[i][k];
+  const Candidate best = one_subset(texels, quality == Quality::kFast ? 1 : 4);
+  std::array<std::byte, 16> block{};
+  write_bc6h_block(best.choice, block);
+  return block;
+}
+
+}  // namespace vt::encode
