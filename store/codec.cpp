@@ -125,13 +125,13 @@ Result<Prediction> parse_prediction(std::span<const std::byte> bytes, const Tile
 }
 
 // How often eight residuals in a row are zero, as in maps, graphics and photographs that were enlarged: then repetitions are worth looking
-// for. (The top bytes of floats are nearly always zero, and tell nothing.)
+// for. (The top bytes of longer samples are nearly always zero, and tell nothing.)
 double flat_share(std::span<const std::byte> residuals, const TileShape& shape) {
   const std::size_t plane_bytes = shape.plane_bytes();
   std::size_t zero_words = 0;
   std::size_t words = 0;
   for (std::size_t plane = 0; plane < shape.planes(); ++plane) {
-    if (shape.samples == TileShape::Samples::kFloat32 && plane % 4 == 0) continue;
+    if (shape.sample_bytes() > 1 && plane % shape.sample_bytes() == 0) continue;
     for (std::size_t at = plane * plane_bytes; at + 8 <= (plane + 1) * plane_bytes; at += 8, ++words) {
       std::uint64_t word = 0;
       std::memcpy(&word, residuals.data() + at, sizeof word);

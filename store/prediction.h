@@ -1,6 +1,6 @@
 // Prediction before compression: a tile's samples become differences from what their neighbours foretell, sorted into planes of bytes that
-// an entropy coder shortens well. Reversible to the bit. schemas/tile-store.md defines predictors and planes; this file owns them alone,
-// the compressor behind is codec.cpp's. Pure functions, any thread; the bytes are the same on every CPU.
+// an entropy coder shortens well. Reversible to the bit. schemas/tile-store.md defines predictors and planes; prediction*.cpp own them
+// alone, the compressor behind is codec.cpp's. Pure functions, any thread; the bytes are the same on every CPU.
 #pragma once
 
 #include <array>
@@ -28,6 +28,8 @@ struct TileShape {
   enum class Samples : std::uint8_t {
     kOpaque,  // bytes that no neighbour foretells: blocks, hashes
     kUint8,
+    kUint16,
+    kFloat16,
     kFloat32,
   };
   Samples samples = Samples::kOpaque;
@@ -36,7 +38,9 @@ struct TileShape {
   std::size_t channels = 0;  // 1 to 4
 
   [[nodiscard]] bool is_predictable() const { return samples != Samples::kOpaque; }
-  [[nodiscard]] std::size_t sample_bytes() const { return samples == Samples::kFloat32 ? 4 : 1; }
+  [[nodiscard]] std::size_t sample_bytes() const {
+    return samples == Samples::kFloat32 ? 4 : samples == Samples::kUint16 || samples == Samples::kFloat16 ? 2 : 1;
+  }
   // Of one plane of bytes, of which a channel has sample_bytes().
   [[nodiscard]] std::size_t plane_bytes() const { return width * height; }
   [[nodiscard]] std::size_t planes() const { return channels * sample_bytes(); }

@@ -1,5 +1,5 @@
 // What each predictor foretells of a value from its three neighbours, once, for every kind of value that the encoder and the decoder work
-// on: bytes, 32-bit integers, and pixels of four bytes at a time. Pure functions, any thread. For prediction.cpp and its tests.
+// on: bytes, 16- and 32-bit integers, and pixels of four bytes at a time. Pure functions, any thread. For prediction*.cpp and their tests.
 #pragma once
 
 #include <algorithm>
@@ -16,7 +16,7 @@
 
 namespace vt::store {
 
-// ---- Arithmetic modulo 2^8 or 2^32 ----
+// ---- Arithmetic modulo 2^8, 2^16 or 2^32 ----
 
 template <std::unsigned_integral T>
 [[nodiscard]] constexpr T plus(T a, T b) {

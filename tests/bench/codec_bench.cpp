@@ -1,9 +1,11 @@
 // MB/s (of raw bytes, one thread) and size ratio of the store's compression beside plain zstd of the same level, on tiles of real rasters:
-// files named on the command line (three bands of bytes, or one of 32-bit floats), or those of the test data.
+// files named on the command line (three bands of bytes, or one of 32-bit floats, which are also tried in 16 bits), or those of the test
+// data.
 //   codec_bench big.tif --benchmark_filter=zstd:1/
 #include <benchmark/benchmark.h>
 
 #include <algorithm>
+#include <bit>
 #include <cstdio>
 #include <filesystem>
 #include <numeric>
@@ -11,7 +13,9 @@
 #include <vector>
 
 #include "builder/source/raster_source.h"
+#include "store/bytes.h"
 #include "store/codec.h"
+#include "store/half.h"
 
 namespace vt::store {
 namespace {
@@ -45,6 +49,22 @@ Result<Tiles> read_tiles(const std::filesystem::path& path) {
   for (std::int64_t i = 0; i < count; i += step) {
     std::vector<std::byte> tile(texel_bytes * kEdge * kEdge);
     VT_CHECK(raster->read({i % columns * kEdge, i / columns * kEdge, kEdge, kEdge}, bands, tile, texel_bytes * kEdge));
+    tiles.raw.push_back(std::move(tile));
+  }
+  return tiles;
+}
+
+// The same heights in 16 bits a sample: as halves, or in tenths of a metre.
+Tiles in_16_bits(const Tiles& floats, TexelFormat format) {
+  Tiles tiles{.name = floats.name + "_" + std::string(format_info(format).name), .format = format, .raw = {}};
+  for (const auto& raw : floats.raw) {
+    std::vector<std::byte> tile(raw.size() / 2);
+    for (std::size_t i = 0; i < raw.size() / 4; ++i) {
+      const auto height_m = std::bit_cast<float>(get<std::uint32_t>(raw, 4 * i));
+      const float tenths = 10.0F * height_m + 5000.0F;
+      const auto code = static_cast<std::uint16_t>(tenths > 0.0F ? std::min(tenths, 65535.0F) : 0.0F);  // also of NaN
+      put<std::uint16_t>(tile, 2 * i, format == TexelFormat::kR16 ? code : half_from_float(height_m));
+    }
     tiles.raw.push_back(std::move(tile));
   }
   return tiles;
@@ -109,6 +129,8 @@ int main(int argc, char** argv) {
     const auto tiles = vt::store::read_tiles(file);
     if (tiles && !tiles->raw.empty()) {
       vt::store::add(*tiles);
+      if (tiles->format != vt::TexelFormat::kR32Float) continue;
+      for (const auto format : {vt::TexelFormat::kR16, vt::TexelFormat::kR16Float}) vt::store::add(vt::store::in_16_bits(*tiles, format));
     } else {
       std::fprintf(stderr, "%s: passed over: %s\n", file.c_str(), tiles ? "smaller than a tile" : tiles.error().message.c_str());
     }

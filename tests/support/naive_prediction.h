@@ -10,7 +10,8 @@
 namespace vt::test {
 
 struct NaivePrediction {
-  bool is_float = false;
+  std::size_t sample_bytes = 1;  // 1, 2 or 4
+  bool is_float = false;         // of 2 or 4 bytes
   std::size_t width = 0;
   std::size_t height = 0;
   bool subtracts_green = false;

@@ -457,19 +457,26 @@ NaiveBytes decode_predicted(Bytes payload, const NaiveLayer& layer) {
       break;
     case 4:
     case 8:
+    case 10:
+    case 13:
       channels = 1;
       break;
     case 5:
     case 9:
+    case 11:
+    case 14:
       channels = 2;
       break;
     case 6:
+    case 12:
+    case 15:
       channels = 4;
       break;
     default:
       throw std::runtime_error("tile store: not so: the format can be predicted");
   }
-  prediction.is_float = layer.format >= 4 && layer.format <= 6;
+  prediction.is_float = (layer.format >= 4 && layer.format <= 6) || (layer.format >= 13 && layer.format <= 15);
+  prediction.sample_bytes = format_of(layer.format).block_bytes / channels;
   const unsigned flags = get_u8(payload, 0);
   require(flags <= (layer.format <= 2 ? 1U : 0U), "the prediction's reserved flags are zero");
   prediction.subtracts_green = flags == 1;
