@@ -18,6 +18,7 @@
 #include <vector>
 
 #include "builder/channels/channel_settings.h"
+#include "builder/channels/class_planes.h"
 #include "builder/channels/error_sum.h"
 #include "store/channel.h"
 #include "store/layer.h"
@@ -95,6 +96,8 @@ class ChannelCodec {
   [[nodiscard]] std::span<const Measure> measures() const { return measures_; }
   // A row of samples already is a row of texels of the first part, byte for byte: encode(decode(samples)) would give the same.
   [[nodiscard]] bool samples_are_texels() const { return samples_are_texels_; }
+  // When there is one, the planes are those of class_planes.h, and overviews count classes instead of following rules().
+  [[nodiscard]] const std::optional<ClassCounting>& class_counting() const { return class_counting_; }
 
   // `count` texels of samples into source planes. Returns whether all weights are exactly 1.
   virtual bool decode_row(const std::byte* samples, std::int64_t count, const PlaneRow& out) const = 0;
@@ -117,6 +120,7 @@ class ChannelCodec {
   std::vector<Part> parts_;
   std::vector<Measure> measures_;
   bool samples_are_texels_ = false;
+  std::optional<ClassCounting> class_counting_;
 };
 
 // Of a raster with `values` bands (coverage not counted), how many a channel reads when the user chooses none. Errors of options as there.

@@ -8,10 +8,15 @@ namespace vt::channels {
 namespace {
 
 // In the order of the channels' numbers.
-constexpr std::array<OptionInfo, 2> kOptions = {{
+constexpr std::array<OptionInfo, 5> kOptions = {{
     {ChannelType::kColor, "alpha", "straight|associated",
      "whether the input's colour is already multiplied by its coverage (default: straight)"},
     {ChannelType::kColor, "anti-ringing", "yes|no", "keep overshoot beside edges within the neighbouring texels (default: no)"},
+    {ChannelType::kMaterial, "classes", "FILE", "JSON table of the classes, [{\"id\": 1, \"name\": \"water\", \"color\": \"#265480\"}, ...]", true},
+    {ChannelType::kMaterial, "mixture", "1|2|3|4",
+     "also store how much of each texel its most frequent classes hold, as NAME/classes and NAME/weights (default: the majority alone)"},
+    {ChannelType::kMaterial, "no-data-class", "NUMBER",
+     "what is stored where there are no data (default: the first source's no-data value, or the greatest number of the format)"},
 }};
 
 std::string names_of(ChannelType channel) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <map>
+#include <optional>
 #include <string>
 
 #include "store/channel.h"
@@ -16,6 +17,7 @@ struct ChannelSettings {
   ChannelType channel = ChannelType::kColor;
   TexelFormat format = TexelFormat::kRgb8;  // of the first part
   Transfer transfer = Transfer::kLinear;    // of the codes that are stored
+  std::optional<double> nodata;             // of the layer's first source
   Options options;
 };
 

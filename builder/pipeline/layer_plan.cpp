@@ -23,7 +23,7 @@ std::string area_text(const Area& area) {
 }
 
 channels::ChannelSettings settings_for(const LayerRequest& request, const LayerInfo& info) {
-  return {.channel = request.channel, .format = info.format, .transfer = info.transfer, .options = request.options};
+  return {.channel = request.channel, .format = info.format, .transfer = info.transfer, .nodata = info.source_nodata, .options = request.options};
 }
 
 // What the codec adds to a layer whose place and size are known: the meaning of its numbers, and the parts beside it.
