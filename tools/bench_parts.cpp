@@ -7,7 +7,7 @@
 #include "builder/encode/bc1_encoder.h"
 #include "builder/pipeline/layer_plan.h"
 #include "builder/pipeline/plan_cost.h"
-#include "builder/pyramid/block_cascade.h"
+#include "builder/pyramid/plane_cascade.h"
 #include "store/content_hash.h"
 #include "store/file.h"
 #include "tools/bench_support.h"
@@ -52,14 +52,14 @@ void keep_row(LevelTiles& level, std::int64_t y, std::span<const std::byte> texe
 class QuantisingSink final : public pyramid::RowSink {
  public:
   QuantisingSink(const channels::ChannelCodec& codec, std::int64_t width, bool base_passes, std::vector<LevelTiles>* kept)
-      : codec_(codec), base_passes_(base_passes), kept_(kept), texel_bytes_(format_info(codec.texel_format()).block_bytes) {
+      : codec_(codec), base_passes_(base_passes), kept_(kept), texel_bytes_(format_info(codec.parts().front().texel_format).block_bytes) {
     texels_.resize(static_cast<std::size_t>(width) * texel_bytes_);
   }
-  void set_cascade(const pyramid::BlockCascade& cascade) { cascade_ = &cascade; }
+  void set_cascade(const pyramid::Cascade& cascade) { cascade_ = &cascade; }
   void row(int k, std::int64_t y, const channels::RowNeighbourhood& rows) override {
     if (k == 0 && base_passes_) return;
     const std::int64_t width = cascade_->level(k).core.width;
-    codec_.encode_row(rows, width, texels_.data());
+    codec_.encode_row(0, rows, width, texels_.data());
     if (kept_ != nullptr)
       keep_row((*kept_)[static_cast<std::size_t>(k)], y, std::span(texels_).first(static_cast<std::size_t>(width) * texel_bytes_),
                texel_bytes_);
@@ -71,7 +71,7 @@ class QuantisingSink final : public pyramid::RowSink {
   std::vector<LevelTiles>* kept_;
   std::size_t texel_bytes_;
   std::vector<std::byte> texels_;
-  const pyramid::BlockCascade* cascade_ = nullptr;
+  const pyramid::Cascade* cascade_ = nullptr;
 };
 
 // Adds up the time between start() and stop().
@@ -196,7 +196,7 @@ class Window {
   }
   // Texels of all levels in whole tiles.
   [[nodiscard]] Result<Tiles> tiles() const {
-    const std::size_t texel_bytes = format_info(plan_.sampler->codec().texel_format()).block_bytes;
+    const std::size_t texel_bytes = format_info(plan_.sampler->codec().parts().front().texel_format).block_bytes;
     std::vector<LevelTiles> levels;
     for (int k = 0; k < outputs_; ++k) levels.push_back(room_for(place_.width >> k, place_.height >> k, texel_bytes));
     StopWatch ignored;
@@ -211,11 +211,12 @@ class Window {
   // Time runs while rows are decoded and filtered, not while they are read.
   Result<void> filter(StopWatch& watch, std::vector<LevelTiles>* kept) const {
     const channels::ChannelCodec& codec = plan_.sampler->codec();
-    const std::size_t texel_bytes = format_info(codec.texel_format()).block_bytes;
+    const std::size_t texel_bytes = format_info(codec.parts().front().texel_format).block_bytes;
     const bool base_passes = plan_.sampler->passes_texels();
     // The window is an image of its own: its place would only add a misaligned first row and column.
     const TexelRect whole{0, 0, place_.width, place_.height};
-    pyramid::BlockCascade cascade(pyramid::plan_block(whole, whole, outputs_, false, plan_.kernel), codec.planes(), plan_.kernel);
+    pyramid::PlaneCascade cascade(pyramid::plan_block(whole, whole, outputs_, false, plan_.kernel), outputs_, codec.rules(),
+                                  codec.weight_plane(), plan_.kernel, plan_.info.tile_exponent);
     QuantisingSink sink(codec, place_.width, base_passes, kept);
     sink.set_cascade(cascade);
     resample::BaseChunk chunk;
@@ -225,6 +226,7 @@ class Window {
       for (std::int64_t row = 0; row < rect.height; ++row) {
         const channels::PlaneRow planes = cascade.begin_row();
         const bool opaque = chunk.decode_row(row, planes);
+        codec.derive_row(place_.width, planes);
         cascade.end_row(opaque, sink);
         if (kept != nullptr && base_passes)
           keep_row(kept->front(), rect.y - place_.y + row,
@@ -291,7 +293,8 @@ Result<PartSeconds> PartsBench::measure(const JobKind& job, std::uint64_t output
   PartSeconds parts;
   parts.read = *impl.read;
   const double base_texels = static_cast<double>(plan.info.data.width) * static_cast<double>(plan.info.data.height);
-  const double sample_bytes_in_all = base_texels * static_cast<double>(format_info(plan.sampler->codec().texel_format()).block_bytes);
+  const double sample_bytes_in_all =
+      base_texels * static_cast<double>(format_info(plan.sampler->codec().parts().front().texel_format).block_bytes);
 
   const Window window(plan);
   VT_ASSIGN(const double filter, window.filter_seconds(impl.runs));

@@ -2,11 +2,13 @@
 
 #include <algorithm>
 #include <array>
+#include <map>
 #include <memory>
 #include <utility>
 
 #include "builder/pipeline/dataset_store.h"
 #include "builder/pipeline/input_list.h"
+#include "builder/pipeline/option_files.h"
 #include "tools/build_common.h"
 #include "tools/build_recipe.h"
 
@@ -20,6 +22,7 @@ struct LayerFlags {
   std::string name;
   std::string kernel;
   std::string format;
+  std::string quality = "normal";
   std::string compression = "zstd:3";
   int tile = 256;
   double gsd = 0.0;
@@ -30,9 +33,32 @@ struct LayerFlags {
   std::string range;
   std::string nodata;
   std::string area;
-  std::string resample = "bilinear";
+  std::string resample;
+  channels::Options options;
   BuildFlags build;
 };
+
+template <class List>
+std::string names_of(const List& list) {
+  std::string names;
+  for (const auto& item : list) names += (names.empty() ? "" : ", ") + std::string(item.name);
+  return names;
+}
+
+// One flag for each option of each channel; several channels may have one of the same name.
+void add_channel_options(CLI::App& command, channels::Options& options) {
+  std::map<std::string, std::vector<const channels::OptionInfo*>> by_name;
+  for (const channels::OptionInfo& option : channels::all_options()) by_name[std::string(option.name)].push_back(&option);
+  for (const auto& [name, infos] : by_name) {
+    std::string group = "Options of";
+    std::string help;
+    for (const channels::OptionInfo* info : infos) {
+      group += " " + std::string(channel_info(info->channel).name);
+      help += (help.empty() ? "" : "; ") + std::string(info->help);
+    }
+    command.add_option("--" + name, options[name], help)->type_name(std::string(infos.front()->values))->group(group + " layers");
+  }
+}
 
 // nullopt when the option is not given.
 Result<std::optional<Area>> area_from(const std::string& text, const std::string& option) {
@@ -47,14 +73,17 @@ Result<std::optional<Area>> area_from(const std::string& text, const std::string
 Result<pipeline::LayerRequest> request_from(const LayerFlags& flags, const std::optional<pipeline::DatasetFrame>& frame) {
   pipeline::LayerRequest request;
   const auto channel = channel_from_name(flags.channel);
-  if (!channel) return fail(ErrorCode::kUsage, "unknown channel '" + flags.channel + "'; color and elevation can be built");
+  if (!channel) return fail(ErrorCode::kUsage, "unknown channel '" + flags.channel + "'; known are " + names_of(all_channels()));
   request.channel = *channel;
   request.name = flags.name.empty() ? flags.channel : flags.name;
   if (!flags.format.empty()) {
     request.format = format_from_name(flags.format);
-    if (!request.format) return fail(ErrorCode::kUsage, "unknown format '" + flags.format + "'; rgb8, rgba8, bc1 and r32f are known");
+    if (!request.format) return fail(ErrorCode::kUsage, "unknown format '" + flags.format + "'; the channel's own are in --help");
   }
   request.kernel = flags.kernel;
+  const auto quality = encode::quality_from_name(flags.quality);
+  if (!quality) return fail(ErrorCode::kUsage, "--quality is fast, normal or best, not '" + flags.quality + "'");
+  request.quality = *quality;
   request.compression = flags.compression;
   request.tile_texels = flags.tile;
   if (flags.gsd != 0.0) request.gsd_m = flags.gsd;
@@ -74,9 +103,14 @@ Result<pipeline::LayerRequest> request_from(const LayerFlags& flags, const std::
   }
   VT_ASSIGN(const std::optional<Area> extent, area_from(flags.extent, "--extent"));
   VT_ASSIGN(request.area, area_from(flags.area, "--area"));
-  const auto method = resample::method_from_name(flags.resample);
-  if (!method) return fail(ErrorCode::kUsage, "--resample is nearest or bilinear, not '" + flags.resample + "'");
-  request.resample = *method;
+  if (!flags.resample.empty()) {
+    request.resample = resample::method_from_name(flags.resample);
+    if (!request.resample) return fail(ErrorCode::kUsage, "--resample is nearest or bilinear, not '" + flags.resample + "'");
+  }
+  for (const auto& [name, value] : flags.options)
+    if (!value.empty()) request.options[name] = value;
+  VT_CHECK(channels::check_options(request.channel, request.options));
+  VT_CHECK(pipeline::load_option_files(request.channel, std::filesystem::current_path(), request.options));
   std::vector<int> bands;
   if (!flags.bands.empty()) {
     const auto count = static_cast<std::size_t>(std::count(flags.bands.begin(), flags.bands.end(), ',') + 1);
@@ -142,11 +176,13 @@ std::function<Result<int>()> add_layer_command(CLI::App& app, std::shared_ptr<nl
           "text file lists, one a line; later ones lie over earlier ones")
       ->required();
   command->add_option("-o,--output", flags->output, "the store, suffix .vts")->required();
-  command->add_option("--channel", flags->channel, "what the values mean: color or elevation")->required();
+  command->add_option("--channel", flags->channel, "what the values mean: " + names_of(all_channels()))->required();
   command->add_option("--name", flags->name, "name of the layer (default: the channel's)");
   command->add_option("--kernel", flags->kernel,
-                      "filter from level to level: box or kaiser3 (default: kaiser3 for color, box for elevation)");
-  command->add_option("--format", flags->format, "rgb8, rgba8, bc1 or r32f (default: what the channel and the source suggest)");
+                      "filter from level to level: " + names_of(pyramid::all_kernels()) +
+                          " (default: kaiser3 for color, box for all others; point is for heights that displace)");
+  command->add_option("--format", flags->format, "texel format (default: what the channel and the source suggest)");
+  command->add_option("--quality", flags->quality, "effort of block compression: fast, normal or best")->capture_default_str();
   command->add_option("--compression", flags->compression, "none or zstd:N, N from 1 to 19")->capture_default_str();
   command->add_option("--tile", flags->tile, "texels along an edge of a tile, a power of two from 4 to 4096")->capture_default_str();
   command->add_option("--gsd", flags->gsd, "metres on the ground per texel of the finest level (default: the first input's own grid)");
@@ -157,15 +193,15 @@ std::function<Result<int>()> add_layer_command(CLI::App& app, std::shared_ptr<nl
   command->add_option("--area", flags->area,
                       "WEST,SOUTH,EAST,NORTH of the layer in units of its system, widened to whole texels (default: all that the inputs "
                       "cover); inputs may come later, with --update");
-  command
-      ->add_option("--resample", flags->resample,
-                   "for inputs on another grid: bilinear, or nearest, which keeps samples as they are and moves a grid that is off by part "
-                   "of a texel")
-      ->capture_default_str();
+  command->add_option(
+      "--resample", flags->resample,
+      "for inputs on another grid: bilinear, or nearest, which keeps samples as they are and moves a grid that is off by part "
+      "of a texel (default: bilinear, for material nearest)");
   command->add_option("--bands", flags->bands, "bands to use, counted from 1, for example 3,2,1");
   command->add_option("--range", flags->range,
                       "LOW,HIGH: sample values that are black and white (default: all of an 8 or 16 bit unsigned type; others need it)");
   command->add_option("--nodata", flags->nodata, "sample value that means no data, whatever the files say");
+  add_channel_options(*command, flags->options);
   flags->build.add_to(*command);
   cli::add_help_footer(*command,
                        "  vtbuild layer ortho.tif -o area.vts --channel color\n"

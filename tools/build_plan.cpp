@@ -35,7 +35,7 @@ Json levels_json(const LayerInfo& info) {
 
 Json layer_json(const pipeline::LayerPlan& plan, int block_levels, const PlanContext& context) {
   const LayerInfo& info = plan.info;
-  const pipeline::PlanCost cost = pipeline::plan_cost(info);
+  const pipeline::PlanCost cost = pipeline::plan_cost(plan);
   const pipeline::PlanEstimate estimate = pipeline::estimate_cost(plan, block_levels, context.threads, context.megatexels_per_second);
   const pipeline::BuildMemory memory = pipeline::build_memory(plan, block_levels, context.threads);
   const std::vector<pipeline::Tier> tiers = pipeline::plan_tiers(info, block_levels);
@@ -46,7 +46,7 @@ Json layer_json(const pipeline::LayerPlan& plan, int block_levels, const PlanCon
   json["format"] = format_info(info.format).name;
   json["kernel"] = plan.kernel.name;
   json["compression"] = plan.request.compression;
-  json["resample"] = resample::method_name(plan.request.resample);
+  json["resample"] = resample::method_name(plan.resampling);
   json["crs"] = plan.crs.text();
   json["extent"] = {{"west", area.west}, {"south", area.south}, {"east", area.east}, {"north", area.north}};
   json["texel_size"] = {info.grid.step_x, info.grid.step_y};
@@ -80,7 +80,7 @@ Json layer_json(const pipeline::LayerPlan& plan, int block_levels, const PlanCon
 
 void print_plan(const pipeline::LayerPlan& plan, int block_levels, const PlanContext& context) {
   const LayerInfo& info = plan.info;
-  const pipeline::PlanCost cost = pipeline::plan_cost(info);
+  const pipeline::PlanCost cost = pipeline::plan_cost(plan);
   const pipeline::PlanEstimate estimate = pipeline::estimate_cost(plan, block_levels, context.threads, context.megatexels_per_second);
   const pipeline::BuildMemory memory = pipeline::build_memory(plan, block_levels, context.threads);
   const std::vector<pipeline::Tier> tiers = pipeline::plan_tiers(info, block_levels);

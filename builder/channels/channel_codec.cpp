@@ -2,15 +2,40 @@
 
 #include <string>
 
+#include "builder/channels/channel_makers.h"
+#include "builder/channels/channel_options.h"
+
 namespace vt::channels {
 
-Result<std::unique_ptr<const ChannelCodec>> make_codec(ChannelType channel, const SampleLayout& layout, Transfer transfer,
-                                                       TexelFormat format) {
+void ChannelCodec::derive_row(std::int64_t, const PlaneRow&) const {}
+
+Result<int> bands_wanted(ChannelType channel, const Options&, int values) {
   switch (channel) {
     case ChannelType::kColor:
-      return make_color_codec(layout, transfer, format);
+    case ChannelType::kIllumination:
+      return values >= 3 ? 3 : 1;
+    case ChannelType::kNormal:
+      return 3;
+    case ChannelType::kHorizon:
+      return values;
     case ChannelType::kElevation:
-      return make_elevation_codec(layout, format);
+    case ChannelType::kMaterial:
+    case ChannelType::kSensor:
+    case ChannelType::kMask:
+      return 1;
+  }
+  return 1;
+}
+
+bool takes_coverage(ChannelType channel) { return channel == ChannelType::kColor || channel == ChannelType::kIllumination; }
+
+Result<std::unique_ptr<const ChannelCodec>> make_codec(const ChannelSettings& settings, const SampleLayout& layout) {
+  VT_CHECK(check_options(settings.channel, settings.options));
+  switch (settings.channel) {
+    case ChannelType::kColor:
+      return make_color_codec(settings, layout);
+    case ChannelType::kElevation:
+      return make_elevation_codec(settings, layout);
     case ChannelType::kNormal:
     case ChannelType::kHorizon:
     case ChannelType::kMaterial:
@@ -20,7 +45,7 @@ Result<std::unique_ptr<const ChannelCodec>> make_codec(ChannelType channel, cons
       break;
   }
   return fail(ErrorCode::kUnsupported,
-              "channel '" + std::string(channel_info(channel).name) + "' cannot be built yet; color and elevation can");
+              "channel '" + std::string(channel_info(settings.channel).name) + "' cannot be built yet; color and elevation can");
 }
 
 }  // namespace vt::channels

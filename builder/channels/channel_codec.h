@@ -1,26 +1,33 @@
 // How the values of one layer enter and leave filter space.
 //
 // Filter space is where averaging is right: for every channel a few planes of floats, each already multiplied by its texel's weight, and
-// the weight itself as the last plane. Resampling and overviews are then plain weighted sums of planes, and a texel without data (all
-// planes zero) contributes nothing by itself. A channel's file says what its planes are; nothing else about a channel is known outside it.
-// A codec is immutable: const functions are safe from any thread. Work is done by rows, never by a call per texel.
+// the weight itself. Resampling and overviews are then plain weighted sums of planes, and a texel without data (all planes zero)
+// contributes nothing by itself. A channel's file says what its planes are; nothing else about a channel is known outside it.
+//
+// A value walks: samples -> decode_row -> source planes -> (resampling, mosaics) -> derive_row -> all planes -> (overviews) -> encode_row,
+// once for each part. A codec is immutable: const functions are safe from any thread. Work is done by rows, never by a call per texel.
 #pragma once
 
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <limits>
 #include <memory>
 #include <optional>
+#include <span>
+#include <string>
+#include <vector>
 
+#include "builder/channels/channel_settings.h"
+#include "builder/channels/error_sum.h"
 #include "store/channel.h"
+#include "store/layer.h"
 #include "store/result.h"
 #include "store/sample_type.h"
 #include "store/texel_format.h"
 
 namespace vt::channels {
 
-inline constexpr int kMaxPlanes = 4;
+inline constexpr int kMaxPlanes = 52;  // 24 directions of a horizon with two moments each, the weight, and room
 
 using PlaneRow = std::array<float*, kMaxPlanes>;
 using ConstPlaneRow = std::array<const float*, kMaxPlanes>;
@@ -46,42 +53,75 @@ struct SampleLayout {
   [[nodiscard]] std::size_t texel_bytes() const { return sample_bytes(type) * static_cast<std::size_t>(value_bands + (has_alpha ? 1 : 0)); }
 };
 
+// How a plane of a coarser level comes from the finer one.
+enum class PlaneRule : std::uint8_t {
+  kLinear,    // weighted sum by the layer's kernel
+  kLeast,     // least of the four texels under it; +infinity where there is none
+  kGreatest,  // greatest of the four; -infinity where there is none
+};
+
+// One texture layer that a channel writes. The first part is the layer itself, the others lie beside it as NAME/suffix on the same grid.
+struct Part {
+  std::string suffix;                             // "" for the first
+  TexelFormat format = TexelFormat::kRgb8;        // as stored
+  TexelFormat texel_format = TexelFormat::kRgb8;  // what encode_row writes: `format`, or what its block encoder takes
+  std::vector<std::string> components;            // what the texel's numbers are, for people and metadata: {"east mean", ...}
+  std::string unit;                               // of value = offset + scale * sample; "" when it has none
+  std::array<ComponentRange, 4> ranges = {};      // likewise
+  bool zero_is_nodata = false;                    // code 0 of the first component means no data
+  bool starts_above_base = false;                 // nothing is stored at the finest level; readers fall back to the next coarser one
+};
+
+// One number that is reported of every level: how far what is stored lies from the unquantised planes, in the channel's own unit.
+struct Measure {
+  std::string name;  // "error of light"
+  std::string unit;  // "deg"; "" for ratios
+};
+
 class ChannelCodec {
  public:
   virtual ~ChannelCodec() = default;
 
-  [[nodiscard]] int planes() const { return planes_; }
-  [[nodiscard]] int weight_plane() const { return planes_ - 1; }
-  // What encode_row writes. A block-compressed layer is encoded as kRgb8 first; the block encoder comes after.
-  [[nodiscard]] TexelFormat texel_format() const { return texel_format_; }
-  // Holds the planes of one texel, interleaved.
-  [[nodiscard]] TexelFormat carry_format() const { return carry_format_; }
-  // A row of samples already is a row of texels, byte for byte: encode(decode(samples)) would give the same.
+  // Of resampling and mosaics; the last of them is the weight.
+  [[nodiscard]] int source_planes() const { return source_planes_; }
+  [[nodiscard]] int weight_plane() const { return source_planes_ - 1; }
+  // Of overviews: the source planes, then those that derive_row makes.
+  [[nodiscard]] int planes() const { return static_cast<int>(rules_.size()); }
+  [[nodiscard]] std::span<const PlaneRule> rules() const { return rules_; }
+  [[nodiscard]] std::span<const Part> parts() const { return parts_; }
+  [[nodiscard]] std::span<const Measure> measures() const { return measures_; }
+  // A row of samples already is a row of texels of the first part, byte for byte: encode(decode(samples)) would give the same.
   [[nodiscard]] bool samples_are_texels() const { return samples_are_texels_; }
 
-  // `count` texels of samples into planes. Returns whether all weights are exactly 1.
+  // `count` texels of samples into source planes. Returns whether all weights are exactly 1.
   virtual bool decode_row(const std::byte* samples, std::int64_t count, const PlaneRow& out) const = 0;
-  // One quantisation: planes to texels. The neighbours lend their colour to texels that have none, so that a bilinear lookup at the edge
-  // does not bleed.
-  virtual void encode_row(const RowNeighbourhood& rows, std::int64_t count, std::byte* out) const = 0;
+  // The remaining planes of `count` texels of the finest level, from their source planes.
+  virtual void derive_row(std::int64_t count, const PlaneRow& planes) const;
+  // One quantisation: planes to texels of a part. The neighbours lend their values to texels that have none, so that a bilinear lookup at
+  // the edge does not bleed.
+  virtual void encode_row(std::size_t part, const RowNeighbourhood& rows, std::int64_t count, std::byte* out) const = 0;
   // Texels outside the data rectangle, in a tile that also has data: turns a copy of the nearest data texel into what lies outside. `count`
-  // texels.
-  virtual void mark_outside(std::byte* texels, std::int64_t count) const = 0;
+  // texels of part(part).texel_format.
+  virtual void mark_outside(std::size_t part, std::byte* texels, std::int64_t count) const = 0;
+  // Adds the errors of `count` texels to `errors`, one for each of measures(). `stored` holds the part's samples as decode_texels()
+  // (store/texel_decoder.h) reads them back from what is stored; `reference` the planes that they came from.
+  virtual void add_errors(std::size_t part, const ConstPlaneRow& reference, const float* stored, std::int64_t count,
+                          std::span<ErrorSum> errors) const = 0;
 
  protected:
-  int planes_ = 0;
-  TexelFormat texel_format_ = TexelFormat::kRgb8;
-  TexelFormat carry_format_ = TexelFormat::kRgba32Float;
+  int source_planes_ = 0;
+  std::vector<PlaneRule> rules_;
+  std::vector<Part> parts_;
+  std::vector<Measure> measures_;
   bool samples_are_texels_ = false;
 };
 
-// kUnsupported when the channel cannot be made from such samples or stored in such a format; the message says what can.
-[[nodiscard]] Result<std::unique_ptr<const ChannelCodec>> make_color_codec(const SampleLayout& layout, Transfer transfer,
-                                                                           TexelFormat format);
-[[nodiscard]] Result<std::unique_ptr<const ChannelCodec>> make_elevation_codec(const SampleLayout& layout, TexelFormat format);
+// Of a raster with `values` bands (coverage not counted), how many a channel reads when the user chooses none. Errors of options as there.
+[[nodiscard]] Result<int> bands_wanted(ChannelType channel, const Options& options, int values);
+// A declared coverage band is read along, as the last sample of a texel; otherwise it is ignored.
+[[nodiscard]] bool takes_coverage(ChannelType channel);
 
-// Chooses by channel type. A type that has no file here yet is kUnsupported, by name.
-[[nodiscard]] Result<std::unique_ptr<const ChannelCodec>> make_codec(ChannelType channel, const SampleLayout& layout, Transfer transfer,
-                                                                     TexelFormat format);
+// kUnsupported when the channel cannot be made from such samples or stored in such a format; the message says why, and what can.
+[[nodiscard]] Result<std::unique_ptr<const ChannelCodec>> make_codec(const ChannelSettings& settings, const SampleLayout& layout);
 
 }  // namespace vt::channels

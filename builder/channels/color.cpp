@@ -7,10 +7,12 @@
 #include <string>
 #include <vector>
 
-#include "builder/channels/channel_codec.h"
+#include "builder/channels/channel_makers.h"
+#include "builder/channels/channel_options.h"
 #include "builder/channels/color_rows.h"
 #include "builder/channels/read_samples.h"
 #include "builder/channels/srgb.h"
+#include "builder/channels/unblocked_format.h"
 
 namespace vt::channels {
 namespace {
@@ -22,10 +24,16 @@ class ColorCodec final : public ChannelCodec {
  public:
   ColorCodec(const SampleLayout& layout, Transfer transfer, TexelFormat format)
       : layout_(layout), transfer_(transfer), table_(code_table(transfer)) {
-    planes_ = 4;
-    texel_format_ = format == TexelFormat::kRgba8 ? TexelFormat::kRgba8 : TexelFormat::kRgb8;
-    carry_format_ = TexelFormat::kRgba32Float;
-    const bool same_channels = layout.value_bands == 3 && layout.has_alpha == (texel_format_ == TexelFormat::kRgba8);
+    source_planes_ = 4;
+    rules_.assign(4, PlaneRule::kLinear);
+    stores_alpha_ = unblocked_format(format) == TexelFormat::kRgba8;
+    const auto channels = static_cast<std::size_t>(format_info(format).channels);
+    const std::vector<std::string> names{"red", "green", "blue", "coverage"};
+    parts_.push_back({.format = format,
+                      .texel_format = unblocked_format(format),
+                      .components = {names.begin(), names.begin() + static_cast<std::ptrdiff_t>(channels)}});
+    measures_.push_back({.name = "light", .unit = ""});
+    const bool same_channels = layout.value_bands == 3 && layout.has_alpha == stores_alpha_;
     samples_are_texels_ = layout.type == SampleType::kUint8 && !layout.range && same_channels && !(layout.has_alpha && layout.nodata);
     if (layout.nodata && *layout.nodata >= 0.0 && *layout.nodata <= 255.0 && layout.type == SampleType::kUint8)
       nodata_code_ = static_cast<std::uint8_t>(*layout.nodata);
@@ -41,11 +49,14 @@ class ColorCodec final : public ChannelCodec {
     return decode_any(samples, count, out);
   }
 
-  void encode_row(const RowNeighbourhood& rows, std::int64_t count, std::byte* out) const override {
+  void encode_row(std::size_t, const RowNeighbourhood& rows, std::int64_t count, std::byte* out) const override {
     auto* codes = reinterpret_cast<std::uint8_t*>(out);
-    const bool has_alpha = texel_format_ == TexelFormat::kRgba8;
+    const bool has_alpha = stores_alpha_;
     const std::size_t step = has_alpha ? 4 : 3;
-    const auto& [red, green, blue, weight] = rows.here;
+    const float* const red = rows.here[0];
+    const float* const green = rows.here[1];
+    const float* const blue = rows.here[2];
+    const float* const weight = rows.here[3];
     if (rows.opaque && !has_alpha) {
       rgb8_from_light(red, green, blue, static_cast<std::size_t>(count), table_, codes);
       return;
@@ -67,9 +78,26 @@ class ColorCodec final : public ChannelCodec {
     }
   }
 
-  void mark_outside(std::byte* texels, std::int64_t count) const override {
-    if (texel_format_ != TexelFormat::kRgba8) return;  // an opaque format has nothing but the neighbour's colour to show there
+  void mark_outside(std::size_t, std::byte* texels, std::int64_t count) const override {
+    if (!stores_alpha_) return;  // an opaque format has nothing but the neighbour's colour to show there
     for (std::int64_t i = 0; i < count; ++i) texels[4 * i + 3] = std::byte{0};
+  }
+
+  // In light, where 1 is white. Texels that are mostly clear have no colour to be wrong about.
+  void add_errors(std::size_t, const ConstPlaneRow& reference, const float* stored, std::int64_t count,
+                  std::span<ErrorSum> errors) const override {
+    ErrorSum& error = errors[0];
+    const std::int64_t step = static_cast<std::int64_t>(parts_[0].components.size());
+    for (std::int64_t i = 0; i < count; ++i) {
+      const float weight = reference[3][i];
+      if (weight < 0.5F) continue;
+      for (std::size_t c = 0; c < 3; ++c) {
+        const double wanted = std::clamp(static_cast<double>(reference[c][i]) / weight, 0.0, 1.0);
+        const double is = table_.light(static_cast<std::uint8_t>(stored[i * step + static_cast<std::int64_t>(c)] + 0.5F));
+        error.add(is - wanted);
+        error.add_total(wanted, is);
+      }
+    }
   }
 
  private:
@@ -81,7 +109,10 @@ class ColorCodec final : public ChannelCodec {
   bool decode_8_bit(const std::byte* samples, std::int64_t count, const PlaneRow& out) const {
     const auto* codes = reinterpret_cast<const std::uint8_t*>(samples);
     const float* light = table_.light_table().data();
-    const auto& [red, green, blue, weight] = out;
+    float* const red = out[0];
+    float* const green = out[1];
+    float* const blue = out[2];
+    float* const weight = out[3];
     const bool grey = layout_.value_bands == 1;
     if (!layout_.has_alpha && !layout_.nodata) {
       if (grey) {
@@ -163,6 +194,7 @@ class ColorCodec final : public ChannelCodec {
 
   SampleLayout layout_;
   Transfer transfer_;
+  bool stores_alpha_ = false;
   const CodeTable& table_;
   std::optional<std::uint8_t> nodata_code_;
   std::vector<float> light_of_16_bit_;
@@ -170,10 +202,12 @@ class ColorCodec final : public ChannelCodec {
 
 }  // namespace
 
-Result<std::unique_ptr<const ChannelCodec>> make_color_codec(const SampleLayout& layout, Transfer transfer, TexelFormat format) {
-  if (format != TexelFormat::kRgb8 && format != TexelFormat::kRgba8 && format != TexelFormat::kBc1)
+MadeCodec make_color_codec(const ChannelSettings& settings, const SampleLayout& layout) {
+  const TexelFormat format = settings.format;
+  if (format != TexelFormat::kRgb8 && format != TexelFormat::kRgba8 && format != TexelFormat::kBc1 && format != TexelFormat::kBc3 &&
+      format != TexelFormat::kBc7)
     return fail(ErrorCode::kUnsupported,
-                "a colour layer cannot be stored as " + std::string(format_info(format).name) + "; use rgb8, rgba8 or bc1");
+                "a colour layer cannot be stored as " + std::string(format_info(format).name) + "; use rgb8, rgba8, bc1, bc3 or bc7");
   if (layout.value_bands != 1 && layout.value_bands != 3)
     return fail(ErrorCode::kUnsupported, "colour needs one band (grey) or three, found " + std::to_string(layout.value_bands) +
                                              "; choose with --bands, for example --bands 3,2,1");
@@ -181,7 +215,7 @@ Result<std::unique_ptr<const ChannelCodec>> make_color_codec(const SampleLayout&
   if (!codes && !layout.range)
     return fail(ErrorCode::kUnsupported, std::string("colour from ") + sample_name(layout.type) +
                                              " samples needs to know which values are black and white; give --range LOW,HIGH");
-  return std::make_unique<const ColorCodec>(layout, transfer, format);
+  return std::make_unique<const ColorCodec>(layout, settings.transfer, format);
 }
 
 }  // namespace vt::channels

@@ -6,7 +6,7 @@
 #include <limits>
 #include <string>
 
-#include "builder/channels/channel_codec.h"
+#include "builder/channels/channel_makers.h"
 #include "builder/channels/read_samples.h"
 
 namespace vt::channels {
@@ -15,9 +15,10 @@ namespace {
 class ElevationCodec final : public ChannelCodec {
  public:
   explicit ElevationCodec(const SampleLayout& layout) : layout_(layout) {
-    planes_ = 2;
-    texel_format_ = TexelFormat::kR32Float;
-    carry_format_ = TexelFormat::kRg32Float;
+    source_planes_ = 2;
+    rules_.assign(2, PlaneRule::kLinear);
+    parts_.push_back({.format = TexelFormat::kR32Float, .texel_format = TexelFormat::kR32Float, .components = {"height"}, .unit = "m"});
+    measures_.push_back({.name = "height", .unit = "m"});
   }
 
   bool decode_row(const std::byte* samples, std::int64_t count, const PlaneRow& out) const override {
@@ -42,7 +43,7 @@ class ElevationCodec final : public ChannelCodec {
     return false;
   }
 
-  void encode_row(const RowNeighbourhood& rows, std::int64_t count, std::byte* out) const override {
+  void encode_row(std::size_t, const RowNeighbourhood& rows, std::int64_t count, std::byte* out) const override {
     const float* height = rows.here[0];
     const float* weight = rows.here[1];
     if (rows.opaque) {
@@ -56,9 +57,15 @@ class ElevationCodec final : public ChannelCodec {
     }
   }
 
-  void mark_outside(std::byte* texels, std::int64_t count) const override {
+  void mark_outside(std::size_t, std::byte* texels, std::int64_t count) const override {
     const float hole = std::numeric_limits<float>::quiet_NaN();
     for (std::int64_t i = 0; i < count; ++i) std::memcpy(texels + i * static_cast<std::int64_t>(sizeof hole), &hole, sizeof hole);
+  }
+
+  void add_errors(std::size_t, const ConstPlaneRow& reference, const float* stored, std::int64_t count,
+                  std::span<ErrorSum> errors) const override {
+    for (std::int64_t i = 0; i < count; ++i)
+      if (reference[1][i] > 0.0F) errors[0].add(static_cast<double>(stored[i]) - static_cast<double>(reference[0][i]) / reference[1][i]);
   }
 
  private:
@@ -94,9 +101,10 @@ class ElevationCodec final : public ChannelCodec {
 
 }  // namespace
 
-Result<std::unique_ptr<const ChannelCodec>> make_elevation_codec(const SampleLayout& layout, TexelFormat format) {
-  if (format != TexelFormat::kR32Float)
-    return fail(ErrorCode::kUnsupported, "an elevation layer cannot be stored as " + std::string(format_info(format).name) + "; use r32f");
+MadeCodec make_elevation_codec(const ChannelSettings& settings, const SampleLayout& layout) {
+  if (settings.format != TexelFormat::kR32Float)
+    return fail(ErrorCode::kUnsupported,
+                "an elevation layer cannot be stored as " + std::string(format_info(settings.format).name) + "; use r32f");
   if (layout.value_bands != 1 || layout.has_alpha)
     return fail(ErrorCode::kUnsupported, "elevation needs exactly one band, found " +
                                              std::to_string(layout.value_bands + (layout.has_alpha ? 1 : 0)) + "; choose with --bands");

@@ -12,6 +12,7 @@
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
+#include "builder/encode/bc1_cluster_fit-inl.h"
 #include "builder/encode/bc1_fit-inl.h"
 #include "builder/encode/bc1_kernel-inl.h"
 
@@ -30,7 +31,10 @@ namespace {
 template <Quality quality>
 HWY_INLINE Choice fit(const Moments& moments, const Texels& texels) {
   if constexpr (quality == Quality::kFast) return line_or_single_color(fit_once(moments, texels), moments, texels);
-  return line_or_single_color(fit_lines(moments, texels), moments, texels);
+  const Candidate line = fit_lines(moments, texels);
+  const Choice choice = line_or_single_color(line, moments, texels);
+  if constexpr (quality == Quality::kNormal) return choice;
+  return best_of(choice, cluster_fit(line, moments, texels), moments, texels);
 }
 
 template <class Layout, std::size_t block_bytes, Quality quality>

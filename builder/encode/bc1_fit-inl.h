@@ -153,25 +153,10 @@ struct Candidate {
 
 HWY_INLINE I packed_565(I r, I g, I b) { return hn::Or(hn::Or(hn::ShiftLeft<11>(r), hn::ShiftLeft<5>(g)), b); }
 
-// One refinement: positions on `line`, least squares, joint rounding.
-HWY_INLINE Candidate refined(const Line& line, const Moments& moments, const Texels& texels) {
-  const Projection projection(line);
-  F sum_w = hn::Zero(FloatTag());
-  F sum_ww = sum_w;
-  Rgb x1{sum_w, sum_w, sum_w};
-  for (std::size_t i = 0; i < 16; ++i) {
-    const Rgb texel = texels.get(i);
-    const F w = float_from(projection.position(texel));
-    sum_w = hn::Add(sum_w, w);
-    sum_ww = hn::Add(sum_ww, hn::Mul(w, w));
-    x1 = x1 + texel * w;
-  }
+// The least squares solution where the positions of the texels that count have the sums `sum_w` = sum w, `sum_ww` = sum w^2 and
+// `x1` = sum w x.
+HWY_INLINE Candidate solved(F sum_w, F sum_ww, const Rgb& x1, const Moments& moments) {
   const F three = constant(3.0F);
-  // Texels that do not count lie at 0, all in one position, and are only in these two sums.
-  const F others = hn::Sub(constant(16.0F), moments.count);
-  const F other_w = float_from(projection.position({hn::Zero(FloatTag()), hn::Zero(FloatTag()), hn::Zero(FloatTag())}));
-  sum_w = hn::Sub(sum_w, hn::Mul(others, other_w));
-  sum_ww = hn::Sub(sum_ww, hn::Mul(others, hn::Mul(other_w, other_w)));
   const Rgb x0 = moments.sum * three - x1;
   Weights w;
   w.a = hn::Add(hn::Sub(hn::Mul(moments.count, constant(9.0F)), hn::Mul(sum_w, constant(6.0F))), sum_ww);
@@ -188,6 +173,27 @@ HWY_INLINE Candidate refined(const Line& line, const Moments& moments, const Tex
           .color0 = packed_565(r.code0, g.code0, b.code0),
           .color1 = packed_565(r.code1, g.code1, b.code1),
           .error = hn::Add(hn::Add(r.error, g.error), b.error)};
+}
+
+// One refinement: positions on `line`, least squares, joint rounding.
+HWY_INLINE Candidate refined(const Line& line, const Moments& moments, const Texels& texels) {
+  const Projection projection(line);
+  F sum_w = hn::Zero(FloatTag());
+  F sum_ww = sum_w;
+  Rgb x1{sum_w, sum_w, sum_w};
+  for (std::size_t i = 0; i < 16; ++i) {
+    const Rgb texel = texels.get(i);
+    const F w = float_from(projection.position(texel));
+    sum_w = hn::Add(sum_w, w);
+    sum_ww = hn::Add(sum_ww, hn::Mul(w, w));
+    x1 = x1 + texel * w;
+  }
+  // Texels that do not count lie at 0, all in one position, and are only in these two sums.
+  const F others = hn::Sub(constant(16.0F), moments.count);
+  const F other_w = float_from(projection.position({hn::Zero(FloatTag()), hn::Zero(FloatTag()), hn::Zero(FloatTag())}));
+  sum_w = hn::Sub(sum_w, hn::Mul(others, other_w));
+  sum_ww = hn::Sub(sum_ww, hn::Mul(others, hn::Mul(other_w, other_w)));
+  return solved(sum_w, sum_ww, x1, moments);
 }
 
 HWY_INLINE Candidate better(const Candidate& p, const Candidate& q) {
@@ -276,14 +282,10 @@ HWY_INLINE Choice line_or_single_color(const Candidate& line, const Moments& mom
   };
 }
 
-// Moves the end points of `line` towards each other by parts of its length.
-HWY_INLINE Line inset(const Line& line, float at0, float at1) {
-  const Rgb along = line.end1 - line.end0;
-  return {line.end0 + along * constant(at0), line.end1 - along * constant(at1)};
-}
-
 HWY_INLINE Candidate fit_once(const Moments& moments, const Texels& texels) {
-  return refined(inset(extremes_along(principal_axis(moments), moments, texels), 0.05F, 0.05F), moments, texels);
+  const Line whole = extremes_along(principal_axis(moments), moments, texels);
+  const Rgb little = (whole.end1 - whole.end0) * constant(0.05F);
+  return refined({whole.end0 + little, whole.end1 - little}, moments, texels);
 }
 
 // Different starts end in different local optima; all passes compete. The insets were tuned on six aerial images and 1/f noise: the two

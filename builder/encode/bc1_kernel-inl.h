@@ -45,6 +45,7 @@ struct Texels {
   HWY_ALIGN_MAX float r[16][kMaxLanes];
   HWY_ALIGN_MAX float g[16][kMaxLanes];
   HWY_ALIGN_MAX float b[16][kMaxLanes];
+  HWY_ALIGN_MAX float weight[16][kMaxLanes];  // 1, or 0 for texels that do not count, which lie on the mean
 
   HWY_INLINE Rgb get(std::size_t i) const {
     const FloatTag f;
@@ -142,11 +143,13 @@ HWY_INLINE Moments load_centred(const std::uint8_t* rows, std::size_t pitch, Tex
     Rgb texel{float_of_byte(hn::ShiftRightSame(row.r, shift)), float_of_byte(hn::ShiftRightSame(row.g, shift)),
               float_of_byte(hn::ShiftRightSame(row.b, shift))};
     texels.set(i, texel);
+    F weight = constant(1.0F);
     if constexpr (Layout::kByAlpha) {
-      const F weight = counted_weight(hn::ShiftRightSame(row.a, shift), all_count);
+      weight = counted_weight(hn::ShiftRightSame(row.a, shift), all_count);
       texel = texel * weight;
       count = hn::Add(count, weight);
     }
+    hn::Store(weight, FloatTag(), texels.weight[i]);
     sum = sum + texel;
   }
 
@@ -161,8 +164,7 @@ HWY_INLINE Moments load_centred(const std::uint8_t* rows, std::size_t pitch, Tex
   F rr = zero, gg = zero, bb = zero, rg = zero, rb = zero, gb = zero;
   for (std::size_t i = 0; i < 16; ++i) {
     Rgb texel = texels.get(i) - moments.mean;
-    if constexpr (Layout::kByAlpha)
-      texel = texel * counted_weight(hn::ShiftRightSame(packed[i / 4].a, static_cast<int>(i % 4 * 8)), all_count);
+    if constexpr (Layout::kByAlpha) texel = texel * hn::Load(FloatTag(), texels.weight[i]);
     texels.set(i, texel);
     rr = hn::Add(rr, hn::Mul(texel.r, texel.r));
     gg = hn::Add(gg, hn::Mul(texel.g, texel.g));

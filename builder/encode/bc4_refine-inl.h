@@ -111,7 +111,7 @@ HWY_INLINE Ends fit_least_squares(const Texels& texels) {
   best = better(best, {.low = best.low, .high = above, .six = hn::Eq(best.low, above), .error = error_of<false>(best.low, above, texels)});
 
   // Starts at the extremes, and with one or both moved in: an outlier wants to be left alone.
-  constexpr float kStarts[][2] = {{0.0F, 0.0F}, {0.07F, 0.07F}, {0.14F, 0.0F}, {0.0F, 0.14F}};
+  constexpr float kStarts[][2] = {{0.0F, 0.0F}, {0.07F, 0.07F}, {0.14F, 0.0F}, {0.0F, 0.14F}, {-0.1F, 0.0F}, {0.0F, -0.1F}};
   Ends eight = best;
   for (const auto& start : kStarts) {
     const F start_low = hn::Add(low, hn::Mul(length, constant(start[0])));

@@ -4,7 +4,8 @@
 #include <cassert>
 #include <cstring>
 
-#include "builder/encode/bc1_encoder.h"
+#include "builder/encode/block_encoder.h"
+#include "store/texel_decoder.h"
 
 namespace vt::encode {
 namespace {
@@ -27,18 +28,23 @@ bool is_one_value(std::span<const std::byte> texels, std::size_t texel_bytes) {
   return std::memcmp(texels.data(), texels.data() + texel_bytes, texels.size() - texel_bytes) == 0;
 }
 
-TileBand::TileBand(const LayerInfo& layer, const channels::ChannelCodec& codec, store::Compression compression, Level level,
-                   const TexelRect& core)
+TileBand::TileBand(const LayerInfo& layer, const channels::ChannelCodec& codec, std::size_t part, store::Compression compression,
+                   Quality quality, Level level, const TexelRect& core)
     : format_(layer.format),
       codec_(codec),
+      part_(part),
       compression_(compression),
+      quality_(quality),
       level_(level),
       core_(core),
+      is_densely_measured_(layer.data_rect(level).width * layer.data_rect(level).height <= kDenselyMeasuredTexels),
       tile_texels_(layer.tile_texels()),
       tile_exponent_(layer.tile_exponent),
-      texel_bytes_(format_info(codec.texel_format()).block_bytes),
+      texel_bytes_(format_info(codec.parts()[part].texel_format).block_bytes),
       tile_row_(core.y >> layer.tile_exponent),
-      next_y_(core.y) {
+      next_y_(core.y),
+      is_exact_(static_cast<std::size_t>(tile_texels_), false),
+      errors_(codec.measures().size()) {
   if (core.empty()) return;
   const std::int64_t first = core.x >> tile_exponent_;
   const std::int64_t last = (core.right() - 1) >> tile_exponent_;
@@ -46,11 +52,15 @@ TileBand::TileBand(const LayerInfo& layer, const channels::ChannelCodec& codec, 
     OpenTile tile;
     tile.column = static_cast<std::uint32_t>(column);
     tile.texels.resize(static_cast<std::size_t>(tile_texels_ * tile_texels_) * texel_bytes_);
+    const std::int64_t groups = tile_texels_ / 4;
+    const std::int64_t measured = is_densely_measured_ ? groups : (groups + kMeasuredRowOfBlocks - 1) / kMeasuredRowOfBlocks;
+    tile.reference.resize(static_cast<std::size_t>(measured * 4 * codec_.planes() * tile_texels_));
     open_.push_back(std::move(tile));
   }
 }
 
-// Cuts the row at tile borders; `write_segment(offset in the row, count, out)` returns whether the segment has data.
+// Cuts the row at tile borders; `write_segment(tile, column in the level, offset in the row, count, out)` returns whether the segment has
+// data.
 template <class WriteSegment>
 void TileBand::add_segments(std::int64_t y, const WriteSegment& write_segment) {
   assert(y == next_y_ && y < core_.bottom());
@@ -61,25 +71,50 @@ void TileBand::add_segments(std::int64_t y, const WriteSegment& write_segment) {
     const std::int64_t x0 = std::max(tile_x, core_.x);
     const std::int64_t x1 = std::min(tile_x + tile_texels_, core_.right());
     std::byte* out = tile.texels.data() + static_cast<std::size_t>(row_in_tile * tile_texels_ + (x0 - tile_x)) * texel_bytes_;
-    if (write_segment(x0 - core_.x, x1 - x0, out)) tile.has_data = true;
+    if (write_segment(tile, x0, x1 - x0, out)) tile.has_data = true;
   }
 }
 
 void TileBand::add_row(std::int64_t y, const channels::RowNeighbourhood& rows) {
   const auto weight_plane = static_cast<std::size_t>(codec_.weight_plane());
-  add_segments(y, [&](std::int64_t offset, std::int64_t count, std::byte* out) {
+  const bool measured = is_measured(y);
+  is_exact_[static_cast<std::size_t>(y & (tile_texels_ - 1))] = false;
+  add_segments(y, [&](OpenTile& tile, std::int64_t x, std::int64_t count, std::byte* out) {
+    const std::int64_t offset = x - core_.x;
     const channels::RowNeighbourhood segment{shifted(rows.above, offset), shifted(rows.here, offset), shifted(rows.below, offset),
                                              rows.opaque};
-    codec_.encode_row(segment, count, out);
+    codec_.encode_row(part_, segment, count, out);
+    if (measured) keep_reference(tile, y, x, segment.here, count);
     return rows.opaque || any_positive(segment.here[weight_plane], count);
   });
 }
 
-void TileBand::add_texels(std::int64_t y, const std::byte* texels, const float* weights) {
-  add_segments(y, [&](std::int64_t offset, std::int64_t count, std::byte* out) {
+void TileBand::add_texels(std::int64_t y, const std::byte* texels, const channels::ConstPlaneRow& planes, bool opaque) {
+  const auto weight_plane = static_cast<std::size_t>(codec_.weight_plane());
+  const bool measured = is_measured(y);
+  is_exact_[static_cast<std::size_t>(y & (tile_texels_ - 1))] = format_ == codec_.parts()[part_].texel_format;
+  add_segments(y, [&](OpenTile& tile, std::int64_t x, std::int64_t count, std::byte* out) {
+    const std::int64_t offset = x - core_.x;
     std::memcpy(out, texels + static_cast<std::size_t>(offset) * texel_bytes_, static_cast<std::size_t>(count) * texel_bytes_);
-    return weights == nullptr || any_positive(weights + offset, count);
+    if (measured) keep_reference(tile, y, x, shifted(planes, offset), count);
+    return opaque || any_positive(planes[weight_plane] + offset, count);
   });
+}
+
+bool TileBand::is_measured(std::int64_t y) const {
+  return is_densely_measured_ || (y >> 2) % kMeasuredRowOfBlocks == (y >> tile_exponent_) % kMeasuredRowOfBlocks;
+}
+
+float* TileBand::reference_row(OpenTile& tile, std::int64_t y, int plane) const {
+  const std::int64_t in_tile = y & (tile_texels_ - 1);
+  const std::int64_t slot = is_densely_measured_ ? in_tile : (in_tile >> 2) / kMeasuredRowOfBlocks * 4 + (in_tile & 3);
+  return tile.reference.data() + (slot * codec_.planes() + plane) * tile_texels_;
+}
+
+void TileBand::keep_reference(OpenTile& tile, std::int64_t y, std::int64_t x, const channels::ConstPlaneRow& planes,
+                              std::int64_t count) const {
+  for (int p = 0; p < codec_.planes(); ++p)
+    std::copy_n(planes[static_cast<std::size_t>(p)], count, reference_row(tile, y, p) + (x & (tile_texels_ - 1)));
 }
 
 Result<void> TileBand::take_finished(const TileSink& sink) {
@@ -104,7 +139,7 @@ void TileBand::fill_outside(OpenTile& tile) const {
   };
   const auto repeat = [&](std::int64_t from_x, std::int64_t to_x, std::int64_t count, std::int64_t y) {
     for (std::int64_t i = 0; i < count; ++i) std::memcpy(texel(to_x + i, y), texel(from_x, y), texel_bytes_);
-    codec_.mark_outside(texel(to_x, y), count);
+    codec_.mark_outside(part_, texel(to_x, y), count);
   };
   for (std::int64_t y = data.y; y < data.bottom(); ++y) {
     if (data.x > rect.x) repeat(data.x, rect.x, data.x - rect.x, y);
@@ -114,11 +149,11 @@ void TileBand::fill_outside(OpenTile& tile) const {
     if (y >= data.y && y < data.bottom()) continue;
     const std::int64_t nearest = y < data.y ? data.y : data.bottom() - 1;
     std::memcpy(texel(rect.x, y), texel(rect.x, nearest), static_cast<std::size_t>(tile_texels_) * texel_bytes_);
-    codec_.mark_outside(texel(rect.x, y), tile_texels_);
+    codec_.mark_outside(part_, texel(rect.x, y), tile_texels_);
   }
 }
 
-Result<EncodedTile> TileBand::encode(const OpenTile& tile) {
+Result<EncodedTile> TileBand::encode(OpenTile& tile) {
   EncodedTile encoded;
   encoded.tile = {level_, tile.column, static_cast<std::uint32_t>(tile_row_)};
   encoded.is_empty = !tile.has_data;
@@ -126,12 +161,13 @@ Result<EncodedTile> TileBand::encode(const OpenTile& tile) {
 
   const bool is_constant = is_one_value(tile.texels, texel_bytes_);
   std::span<const std::byte> bytes = tile.texels;
-  if (format_ == TexelFormat::kBc1) {
+  if (format_ != codec_.parts()[part_].texel_format) {
     const auto edge = static_cast<std::size_t>(is_constant ? 4 : tile_texels_);
-    blocks_.resize(payload_bytes(format_info(TexelFormat::kBc1), edge, edge));
-    encode_bc1_image(tile.texels, edge, edge, static_cast<std::size_t>(tile_texels_) * texel_bytes_, texel_bytes_, blocks_);
+    blocks_.resize(payload_bytes(format_info(format_), edge, edge));
+    encode_blocks(format_, tile.texels, edge, edge, static_cast<std::size_t>(tile_texels_) * texel_bytes_, quality_, blocks_);
     bytes = blocks_;
   }
+  measure(tile, bytes, is_constant);
   if (is_constant) {
     encoded.constant_block = bytes.first(format_info(format_).block_bytes);
   } else {
@@ -139,6 +175,42 @@ Result<EncodedTile> TileBand::encode(const OpenTile& tile) {
     VT_ASSIGN(encoded.payload, store::encode_payload(bytes, shape, compression_, compressed_));
   }
   return encoded;
+}
+
+// `stored`: the tile's texels or blocks, or one of them at least when all are the same.
+void TileBand::measure(OpenTile& tile, std::span<const std::byte> stored, bool is_constant) {
+  if (errors_.empty()) return;
+  const FormatInfo& info = format_info(format_);
+  const TexelRect rect = rect_of({level_, tile.column, static_cast<std::uint32_t>(tile_row_)}, tile_exponent_);
+  const TexelRect data = intersect(rect, core_);
+  const auto edge = static_cast<std::size_t>(tile_texels_);
+  const std::size_t row_bytes = payload_bytes(info, edge, info.block_edge);  // of a row of blocks or texels
+  const std::size_t rows_at_once = 4 / info.block_edge;
+  const std::size_t row_floats = edge * info.channels;
+  decoded_.resize(4 * row_floats);
+  for (std::int64_t group = data.y & ~std::int64_t{3}; group < data.bottom(); group += 4) {
+    if (!is_measured(group)) continue;
+    if (is_constant) {
+      const std::size_t block = info.block_edge;
+      store::decode_texels(format_, stored.first(info.block_bytes), block, block, std::span(decoded_).first(block * block * info.channels));
+      for (std::size_t i = info.channels; i < decoded_.size(); ++i) decoded_[i] = decoded_[i % info.channels];
+    } else {
+      const std::size_t first = static_cast<std::size_t>(group - rect.y) / info.block_edge;
+      store::decode_texels(format_, stored.subspan(first * row_bytes, rows_at_once * row_bytes), edge, 4, decoded_);
+    }
+    for (std::int64_t y = std::max(group, data.y); y < std::min(group + 4, data.bottom()); ++y) {
+      if (is_exact_[static_cast<std::size_t>(y - rect.y)]) {
+        for (channels::ErrorSum& error : errors_) error.count += static_cast<std::uint64_t>(data.width);
+        continue;
+      }
+      channels::ConstPlaneRow reference{};
+      for (int p = 0; p < codec_.planes(); ++p) reference[static_cast<std::size_t>(p)] = reference_row(tile, y, p) + (data.x - rect.x);
+      codec_.add_errors(
+          part_, reference,
+          decoded_.data() + static_cast<std::size_t>(y - group) * row_floats + static_cast<std::size_t>(data.x - rect.x) * info.channels,
+          data.width, errors_);
+    }
+  }
 }
 
 }  // namespace vt::encode

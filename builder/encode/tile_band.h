@@ -1,6 +1,6 @@
-// Collects finished rows of one level of one block into tiles and turns a full row of tiles into what the store keeps: constant tiles are
-// found, tiles without any data are dropped, texels outside the data are filled from the nearest data texel, then block encoding and
-// compression. One object per thread.
+// Collects finished rows of one part of one level of one block into tiles and turns a full row of tiles into what the store keeps: constant
+// tiles are found, tiles without any data are dropped, texels outside the data are filled from the nearest data texel, then block encoding
+// and compression. What is stored is read back in some rows and compared with what it was made from. One object per thread.
 #pragma once
 
 #include <cstddef>
@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "builder/channels/channel_codec.h"
+#include "builder/encode/quality.h"
 #include "store/codec.h"
 #include "store/layer.h"
 #include "store/result.h"
@@ -29,45 +30,68 @@ using TileSink = std::function<Result<void>(const EncodedTile&)>;
 // Every texel (or block, or planes of a texel) has the same bytes as the first; `texels` holds at least one, of `texel_bytes` each.
 [[nodiscard]] bool is_one_value(std::span<const std::byte> texels, std::size_t texel_bytes);
 
+// Errors are measured in whole rows of blocks, four texel rows each: in all of them in levels of up to so many texels, in one of sixteen in
+// larger ones.
+inline constexpr std::int64_t kDenselyMeasuredTexels = std::int64_t{1} << 20;
+inline constexpr std::int64_t kMeasuredRowOfBlocks = 16;
+
 class TileBand {
  public:
-  // `core` is the part of the level that the block owns, inside the data; tiles at its edges belong to no other block.
-  TileBand(const LayerInfo& layer, const channels::ChannelCodec& codec, store::Compression compression, Level level, const TexelRect& core);
+  // `layer` is the part's. `core` is the part of the level that the block owns, inside the data; tiles at its edges belong to no other
+  // block.
+  TileBand(const LayerInfo& layer, const channels::ChannelCodec& codec, std::size_t part, store::Compression compression, Quality quality,
+           Level level, const TexelRect& core);
+
+  [[nodiscard]] bool is_empty() const { return core_.empty(); }
 
   // Rows come in order from core.y to core.bottom() - 1. Pointers are at column core.x.
   void add_row(std::int64_t y, const channels::RowNeighbourhood& rows);
-  // The same when the source's bytes already are texels; `weights` says which of them are data (null: all).
-  void add_texels(std::int64_t y, const std::byte* texels, const float* weights);
+  // The same when the source's bytes already are texels. `planes` are what they decode to; `opaque`: all their weights are 1.
+  void add_texels(std::int64_t y, const std::byte* texels, const channels::ConstPlaneRow& planes, bool opaque);
 
   // After the last row of a row of tiles (or of the core): gives its tiles, empty ones too, to `sink` one by one. Otherwise does nothing.
   // What the sink fails with is passed on.
   [[nodiscard]] Result<void> take_finished(const TileSink& sink);
+
+  // Of the tiles given so far: what is stored against the planes, one sum for each of the codec's measures.
+  [[nodiscard]] std::span<const channels::ErrorSum> errors() const { return errors_; }
 
  private:
   struct OpenTile {
     std::uint32_t column = 0;
     bool has_data = false;
     std::vector<std::byte> texels;
+    std::vector<float> reference;  // planes of the measured rows
   };
 
   template <class WriteSegment>
   void add_segments(std::int64_t y, const WriteSegment& write_segment);
+  [[nodiscard]] bool is_measured(std::int64_t y) const;
+  [[nodiscard]] float* reference_row(OpenTile& tile, std::int64_t y, int plane) const;
+  void keep_reference(OpenTile& tile, std::int64_t y, std::int64_t x, const channels::ConstPlaneRow& planes, std::int64_t count) const;
   void fill_outside(OpenTile& tile) const;
-  [[nodiscard]] Result<EncodedTile> encode(const OpenTile& tile);
+  [[nodiscard]] Result<EncodedTile> encode(OpenTile& tile);
+  void measure(OpenTile& tile, std::span<const std::byte> stored, bool is_constant);
 
   TexelFormat format_;
   const channels::ChannelCodec& codec_;
+  std::size_t part_;
   store::Compression compression_;
+  Quality quality_;
   Level level_;
   TexelRect core_;
+  bool is_densely_measured_;
   std::int64_t tile_texels_;
   int tile_exponent_;
   std::size_t texel_bytes_;
   std::int64_t tile_row_ = 0;  // of the open tiles
   std::int64_t next_y_;
   std::vector<OpenTile> open_;
+  std::vector<bool> is_exact_;         // by row of the open tiles: stored as they came
   std::vector<std::byte> blocks_;      // of the tile being encoded
   std::vector<std::byte> compressed_;  // likewise
+  std::vector<float> decoded_;         // a row of blocks of the tile being measured
+  std::vector<channels::ErrorSum> errors_;
 };
 
 }  // namespace vt::encode

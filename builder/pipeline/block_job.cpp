@@ -1,8 +1,9 @@
 #include "builder/pipeline/block_job.h"
 
 #include <algorithm>
-#include <cstring>
-#include <optional>
+
+#include "builder/pipeline/block_quality.h"
+#include "builder/pyramid/plane_cascade.h"
 
 namespace vt::pipeline {
 namespace {
@@ -21,107 +22,85 @@ Result<void> for_each_chunk(const TexelRect& active, const Use& use) {
 
 }  // namespace
 
-// Takes finished rows from the cascade: texel levels into bands of tiles, the level above them into the carry tile.
+// Takes finished rows from the cascade into bands of tiles, one for each part of each level.
 class BlockJob::Output final : public pyramid::RowSink {
  public:
-  Output(BlockJob& job, const Tier& tier, TileId carry_tile, const pyramid::BlockCascade& cascade)
+  Output(BlockJob& job, const Tier& tier, const pyramid::Cascade& cascade)
       : job_(job),
-        carry_tile_(carry_tile),
-        outputs_(tier.outputs),
+        parts_(job.plan_.parts.size()),
         base_core_(cascade.level(0).core),
         has_base_texels_(static_cast<std::size_t>(base_core_.height), false) {
-    const LayerInfo& info = job.plan_.info;
+    const channels::ChannelCodec& codec = job.plan_.sampler->codec();
     for (int k = 0; k < tier.outputs; ++k)
-      bands_.emplace_back(info, job.plan_.sampler->codec(), job.plan_.compression, Level{static_cast<std::uint8_t>(tier.base.value - k)},
-                          cascade.level(k).core);
-    if (tier.has_carry) {
-      const std::size_t edge = info.tile_texels();
-      carry_.assign(edge * edge * static_cast<std::size_t>(carry_floats()), 0.0F);
-      carry_core_ = cascade.level(tier.outputs).core;
-    }
+      for (std::size_t part = 0; part < parts_; ++part) {
+        const Level level{static_cast<std::uint8_t>(tier.base.value - k)};
+        const bool is_left_out = codec.parts()[part].starts_above_base && level == job.plan_.info.finest;
+        bands_.emplace_back(job.plan_.parts[part], codec, part, job.plan_.compression, job.plan_.request.quality, level,
+                            is_left_out ? TexelRect{} : cascade.level(k).core);
+      }
   }
 
   void row(int k, std::int64_t y, const channels::RowNeighbourhood& rows) override {
     if (!status_) return;
     const InStage stage(job_.clock_, Stage::kQuantise);
-    if (k == outputs_) {
-      keep_carry_row(y, rows.here);
-    } else if (k > 0 || !has_base_texels_[static_cast<std::size_t>(y - base_core_.y)]) {
-      bands_[static_cast<std::size_t>(k)].add_row(y, rows);
-      store_finished(k);
+    for (std::size_t part = 0; part < parts_; ++part) {
+      if (part == 0 && k == 0 && has_base_texels_[static_cast<std::size_t>(y - base_core_.y)]) continue;
+      encode::TileBand& band = band_of(k, part);
+      if (band.is_empty()) continue;
+      band.add_row(y, rows);
+      store_finished(band, part);
     }
   }
 
-  // Row `y` of the base will come as texels, not as planes. To be said before its planes are written.
+  // Row `y` of the base will come as texels of the first part, not as planes. To be said before its planes are written.
   void expect_base_texels(std::int64_t y) { has_base_texels_[static_cast<std::size_t>(y - base_core_.y)] = true; }
 
-  void base_texels(std::int64_t y, const std::byte* texels, const float* weights) {
+  void base_texels(std::int64_t y, const std::byte* texels, const channels::ConstPlaneRow& planes, bool opaque) {
     if (!status_) return;
     const InStage stage(job_.clock_, Stage::kQuantise);
-    bands_[0].add_texels(y, texels, weights);
-    store_finished(0);
+    bands_[0].add_texels(y, texels, planes, opaque);
+    store_finished(bands_[0], 0);
   }
 
   [[nodiscard]] const Result<void>& status() const { return status_; }
 
-  // The carry tile comes after all others.
-  [[nodiscard]] Result<void> finish() {
-    VT_CHECK(status_);
-    if (carry_.empty()) return {};
-    const InStage stage(job_.clock_, Stage::kEncode);
-    const std::size_t texel_bytes = static_cast<std::size_t>(carry_floats()) * sizeof(float);
-    const auto raw = std::as_bytes(std::span(carry_));
-    encode::EncodedTile tile;
-    tile.tile = carry_tile_;
-    std::vector<std::byte> compressed;
-    if (encode::is_one_value(raw, texel_bytes)) {
-      tile.constant_block = raw.first(texel_bytes);
-    } else {
-      const store::TileShape shape = store::tile_shape(job_.plan_.sampler->codec().carry_format(), job_.plan_.info.tile_texels());
-      VT_ASSIGN(tile.payload, store::encode_payload(raw, shape, {store::Codec::kZstd, 1}, compressed));
+  // Of all tiles of the block: for each level the sums over its parts.
+  [[nodiscard]] std::vector<LevelErrors> quality() const {
+    std::vector<LevelErrors> levels;
+    for (std::size_t i = 0; i < bands_.size(); ++i) {
+      if (i % parts_ == 0)
+        levels.emplace_back(bands_[i].errors().begin(), bands_[i].errors().end());
+      else
+        for (std::size_t m = 0; m < levels.back().size(); ++m) levels.back()[m] += bands_[i].errors()[m];
     }
-    return job_.put(job_.ids_.carry, tile);
+    return levels;
   }
 
  private:
-  [[nodiscard]] int carry_floats() const { return format_info(job_.plan_.sampler->codec().carry_format()).channels; }
+  [[nodiscard]] encode::TileBand& band_of(int k, std::size_t part) { return bands_[static_cast<std::size_t>(k) * parts_ + part]; }
 
-  void keep_carry_row(std::int64_t y, const channels::ConstPlaneRow& row) {
-    const std::int64_t edge = job_.plan_.info.tile_texels();
-    const auto floats = carry_floats();
-    float* out = carry_.data() + ((y & (edge - 1)) * edge + (carry_core_.x & (edge - 1))) * floats;
-    for (std::int64_t x = 0; x < carry_core_.width; ++x)
-      for (int p = 0; p < floats; ++p) *out++ = row[static_cast<std::size_t>(p)][x];
-  }
-
-  void store_finished(int k) {
+  void store_finished(encode::TileBand& band, std::size_t part) {
     const InStage stage(job_.clock_, Stage::kEncode);
-    status_ = bands_[static_cast<std::size_t>(k)].take_finished(
-        [this](const encode::EncodedTile& tile) { return job_.put(job_.ids_.texture, tile); });
+    status_ = band.take_finished([&](const encode::EncodedTile& tile) { return job_.put(job_.ids_.parts[part], tile); });
   }
 
   BlockJob& job_;
-  TileId carry_tile_;
-  int outputs_;
+  std::size_t parts_;
   TexelRect base_core_;
-  std::vector<bool> has_base_texels_;  // by row of the core
-  std::vector<encode::TileBand> bands_;
-  std::vector<float> carry_;
-  TexelRect carry_core_;
+  std::vector<bool> has_base_texels_;    // by row of the core
+  std::vector<encode::TileBand> bands_;  // the parts of the base, those of the next coarser level, ...
   Result<void> status_;
 };
 
-BlockJob::BlockJob(const LayerPlan& plan, const WorkMap& work, LayerIds ids, store::StoreWriter& writer, bool timed)
+BlockJob::BlockJob(const LayerPlan& plan, const WorkMap& work, const LayerIds& ids, store::StoreWriter& writer, bool timed)
     : plan_(plan), work_(work), ids_(ids), writer_(writer), marks_(writer, ids.marks), clock_(timed) {}
 
 Result<void> BlockJob::put(LayerId layer, const encode::EncodedTile& tile) {
   const InStage stage(clock_, Stage::kStore);
-  TileCounts ignored;
-  TileCounts& counts = layer == ids_.texture ? counts_ : ignored;
   if (tile.is_empty) {
     // A rebuilt block may find nothing where there was something.
     if (!writer_.contains(layer, tile.tile)) return {};
-    ++counts.removed;
+    ++counts_.removed;
     return writer_.remove(layer, tile.tile);
   }
   // What a rebuilt block finds as it was costs no new bytes.
@@ -129,21 +108,28 @@ Result<void> BlockJob::put(LayerId layer, const encode::EncodedTile& tile) {
   VT_ASSIGN(const bool is_there,
             is_constant ? writer_.holds_constant(layer, tile.tile, tile.constant_block) : writer_.holds(layer, tile.tile, tile.payload));
   if (is_there) {
-    ++counts.unchanged;
+    ++counts_.unchanged;
     return {};
   }
-  ++counts.written;
+  ++counts_.written;
   return is_constant ? writer_.put_constant(layer, tile.tile, tile.constant_block) : writer_.put(layer, tile.tile, tile.payload);
+}
+
+Result<void> BlockJob::put_blob(LayerId layer, TileId tile, std::span<const std::byte> bytes) {
+  VT_ASSIGN(const store::PayloadView payload, store::encode_payload(bytes, {store::Codec::kZstd, 1}, compressed_));
+  const InStage stage(clock_, Stage::kStore);
+  VT_ASSIGN(const bool is_there, writer_.holds(layer, tile, payload));
+  return is_there ? Result<void>{} : writer_.put(layer, tile, payload);
 }
 
 Result<void> BlockJob::run(std::size_t tier_index, std::int64_t index, const std::function<void(std::uint64_t)>& progress,
                            const std::atomic<bool>* cancel) {
   const InStage stage(clock_, Stage::kFilter);
   const Tier& tier = work_.tiers()[tier_index];
-  const channels::ChannelCodec& codec = plan_.sampler->codec();
-  pyramid::BlockCascade cascade(pyramid::plan_block(tier.block(index), tier.data, tier.outputs, tier.has_carry, plan_.kernel),
-                                codec.planes(), plan_.kernel);
-  Output output(*this, tier, tier.has_carry ? tier.carry_tile(index) : TileId{}, cascade);
+  pyramid::PlaneCascade cascade(pyramid::plan_block(tier.block(index), tier.data, tier.outputs, tier.has_carry, plan_.kernel), tier.outputs,
+                                plan_.sampler->codec().rules(), plan_.sampler->codec().weight_plane(), plan_.kernel,
+                                plan_.info.tile_exponent);
+  Output output(*this, tier, cascade);
   content_.reset();
   if (tier_index == 0) {
     VT_CHECK(feed_from_sources(cascade, output, progress, cancel));
@@ -151,7 +137,14 @@ Result<void> BlockJob::run(std::size_t tier_index, std::int64_t index, const std
     VT_CHECK(feed_from_carry(tier_index, cascade, output));
     progress(work_.core_texels(tier_index, index));
   }
-  VT_CHECK(output.finish());
+  VT_CHECK(output.status());
+  if (tier.has_carry) {
+    const InStage carry(clock_, Stage::kEncode);
+    cascade.carry_bytes(blob_);
+    VT_CHECK(put_blob(ids_.carry, tier.carry_tile(index), blob_));
+  }
+  write_block_quality(output.quality(), blob_);
+  if (!blob_.empty()) VT_CHECK(put_blob(ids_.quality, quality_tile(tier, index), blob_));
   if (tier_index > 0 && !tier.has_carry) return {};  // the last block; after it the layer is complete
   return marks_.set(tier, index, tier_index == 0 ? content_.digest() : carry_mark());
 }
@@ -165,12 +158,12 @@ Result<store::ContentHash> BlockJob::source_hash(std::int64_t index) {
   return content_.digest();
 }
 
-Result<void> BlockJob::feed_from_sources(pyramid::BlockCascade& cascade, Output& output, const std::function<void(std::uint64_t)>& progress,
+Result<void> BlockJob::feed_from_sources(pyramid::Cascade& cascade, Output& output, const std::function<void(std::uint64_t)>& progress,
                                          const std::atomic<bool>* cancel) {
   const TexelRect active = cascade.level(0).active;
   const TexelRect core = cascade.level(0).core;
-  const auto weight_plane = static_cast<std::size_t>(plan_.sampler->codec().weight_plane());
-  const auto texel_bytes = static_cast<std::int64_t>(format_info(plan_.sampler->codec().texel_format()).block_bytes);
+  const channels::ChannelCodec& codec = plan_.sampler->codec();
+  const auto texel_bytes = static_cast<std::int64_t>(format_info(codec.parts().front().texel_format).block_bytes);
   const auto feed = [&](const TexelRect& rect) -> Result<void> {
     if (cancel != nullptr && cancel->load(std::memory_order_relaxed)) return fail(ErrorCode::kCancelled, "stopped");
     {
@@ -181,6 +174,7 @@ Result<void> BlockJob::feed_from_sources(pyramid::BlockCascade& cascade, Output&
       const channels::PlaneRow planes = cascade.begin_row();
       const Stage before = clock_.enter(Stage::kDecode);
       const bool opaque = chunk_.decode_row(row - rect.y, planes);
+      codec.derive_row(active.width, planes);
       clock_.enter(before);
       const std::byte* texels = chunk_.texel_row(row - rect.y);
       const bool is_texels = texels != nullptr && row >= core.y && row < core.bottom();
@@ -189,7 +183,9 @@ Result<void> BlockJob::feed_from_sources(pyramid::BlockCascade& cascade, Output&
       cascade.end_row(opaque, output);
       if (is_texels) {
         const std::int64_t west = core.x - active.x;
-        output.base_texels(row, texels + west * texel_bytes, opaque ? nullptr : planes[weight_plane] + west);
+        channels::ConstPlaneRow core_planes{};
+        for (int p = 0; p < codec.planes(); ++p) core_planes[static_cast<std::size_t>(p)] = planes[static_cast<std::size_t>(p)] + west;
+        output.base_texels(row, texels + west * texel_bytes, core_planes, opaque);
       }
     }
     VT_CHECK(output.status());
@@ -200,7 +196,7 @@ Result<void> BlockJob::feed_from_sources(pyramid::BlockCascade& cascade, Output&
   return for_each_chunk(active, feed);
 }
 
-// Where no source reaches there is no carry, which is the same as carry without any weight.
+// Where no source reaches there is no carry.
 Result<void> BlockJob::load_carry_band(std::size_t tier, std::int64_t tile_row, const TexelRect& active) {
   const InStage stage(clock_, Stage::kCarry);
   const Tier& here = work_.tiers()[tier];
@@ -208,47 +204,25 @@ Result<void> BlockJob::load_carry_band(std::size_t tier, std::int64_t tile_row, 
   const int exponent = plan_.info.tile_exponent;
   const std::int64_t first = active.x >> exponent;
   const std::int64_t last = (active.right() - 1) >> exponent;
-  const std::size_t edge = plan_.info.tile_texels();
-  const auto floats = static_cast<std::size_t>(format_info(plan_.sampler->codec().carry_format()).channels);
   carry_band_.resize(static_cast<std::size_t>(last - first + 1));
   for (std::int64_t column = first; column <= last; ++column) {
-    std::vector<float>& tile = carry_band_[static_cast<std::size_t>(column - first)];
-    tile.resize(edge * edge * floats);
+    std::vector<std::byte>& tile = carry_band_[static_cast<std::size_t>(column - first)];
     const TileId id{here.base, static_cast<std::uint32_t>(column), static_cast<std::uint32_t>(tile_row)};
     if (!writer_.contains(ids_.carry, id) && !work_.is_touched(tier - 1, finer.block_of_carry(id))) {
-      std::fill(tile.begin(), tile.end(), 0.0F);
-      continue;
+      tile.clear();
+    } else {
+      VT_CHECK(writer_.read_blob(ids_.carry, id, tile));
     }
-    VT_CHECK(writer_.read(ids_.carry, id, std::as_writable_bytes(std::span(tile))));
   }
   return {};
 }
 
-Result<void> BlockJob::feed_from_carry(std::size_t tier, pyramid::BlockCascade& cascade, Output& output) {
+Result<void> BlockJob::feed_from_carry(std::size_t tier, pyramid::Cascade& cascade, Output& output) {
   const TexelRect active = cascade.level(0).active;
   const int exponent = plan_.info.tile_exponent;
-  const std::int64_t edge = plan_.info.tile_texels();
-  const auto floats = static_cast<std::int64_t>(format_info(plan_.sampler->codec().carry_format()).channels);
-  const auto weight_plane = static_cast<std::size_t>(plan_.sampler->codec().weight_plane());
-  std::optional<std::int64_t> loaded_row;
-  for (std::int64_t y = active.y; y < active.bottom(); ++y) {
-    if (loaded_row != y >> exponent) {
-      loaded_row = y >> exponent;
-      VT_CHECK(load_carry_band(tier, *loaded_row, active));
-    }
-    const channels::PlaneRow planes = cascade.begin_row();
-    bool opaque = true;
-    for (std::int64_t x = active.x; x < active.right();) {
-      const std::int64_t column = x >> exponent;
-      const std::int64_t end = std::min((column + 1) << exponent, active.right());
-      const float* from = carry_band_[static_cast<std::size_t>(column - (active.x >> exponent))].data() +
-                          ((y & (edge - 1)) * edge + (x & (edge - 1))) * floats;
-      for (; x < end; ++x, from += floats) {
-        for (std::int64_t p = 0; p < floats; ++p) planes[static_cast<std::size_t>(p)][x - active.x] = from[p];
-        opaque = opaque && from[weight_plane] == 1.0F;
-      }
-    }
-    cascade.end_row(opaque, output);
+  for (std::int64_t row = active.y >> exponent; row <= (active.bottom() - 1) >> exponent; ++row) {
+    VT_CHECK(load_carry_band(tier, row, active));
+    VT_CHECK(cascade.feed_carry({.first_column = active.x >> exponent, .row = row, .tiles = carry_band_}, output));
     VT_CHECK(output.status());
   }
   return {};

@@ -13,16 +13,19 @@
 #include "builder/pipeline/build_stats.h"
 #include "builder/pipeline/layer_plan.h"
 #include "builder/pipeline/work_map.h"
-#include "builder/pyramid/block_cascade.h"
+#include "builder/pyramid/cascade.h"
 #include "builder/resample/base_sampler.h"
 #include "store/store_writer.h"
 
 namespace vt::pipeline {
 
 struct LayerIds {
-  LayerId texture;
-  LayerId carry;  // meaningful when a tier has carry
+  std::vector<LayerId> parts;  // as plan.parts
+  LayerId carry;               // meaningful when a tier has carry
   LayerId marks;
+  LayerId quality;
+
+  [[nodiscard]] LayerId texture() const { return parts.front(); }
 };
 
 // What became of the tiles of some blocks. Tiles of the carry are not counted.
@@ -42,7 +45,7 @@ struct TileCounts {
 class BlockJob {
  public:
   // All arguments outlive the job. `timed`: keep times().
-  BlockJob(const LayerPlan& plan, const WorkMap& work, LayerIds ids, store::StoreWriter& writer, bool timed);
+  BlockJob(const LayerPlan& plan, const WorkMap& work, const LayerIds& ids, store::StoreWriter& writer, bool timed);
 
   // Builds block `index` of a tier; blocks of tier 0 read the sources, others the carry tiles of the tier before. The block's mark comes
   // last: when it is there, all of the block is. Calls `progress` with the number of core base texels done since the last call. kCancelled
@@ -58,21 +61,24 @@ class BlockJob {
  private:
   class Output;
   [[nodiscard]] Result<void> put(LayerId layer, const encode::EncodedTile& tile);
-  [[nodiscard]] Result<void> feed_from_sources(pyramid::BlockCascade& cascade, Output& output,
+  [[nodiscard]] Result<void> put_blob(LayerId layer, TileId tile, std::span<const std::byte> bytes);
+  [[nodiscard]] Result<void> feed_from_sources(pyramid::Cascade& cascade, Output& output,
                                                const std::function<void(std::uint64_t)>& progress, const std::atomic<bool>* cancel);
-  [[nodiscard]] Result<void> feed_from_carry(std::size_t tier, pyramid::BlockCascade& cascade, Output& output);
+  [[nodiscard]] Result<void> feed_from_carry(std::size_t tier, pyramid::Cascade& cascade, Output& output);
   [[nodiscard]] Result<void> load_carry_band(std::size_t tier, std::int64_t tile_row, const TexelRect& active);
 
   const LayerPlan& plan_;
   const WorkMap& work_;
-  LayerIds ids_;
+  const LayerIds& ids_;
   store::StoreWriter& writer_;
   BlockMarks marks_;
   store::ContentHasher content_;
   StageClock clock_;
   TileCounts counts_;
   resample::BaseChunk chunk_;
-  std::vector<std::vector<float>> carry_band_;  // tiles of one row, interleaved planes
+  std::vector<std::vector<std::byte>> carry_band_;  // tiles of one row
+  std::vector<std::byte> blob_;
+  std::vector<std::byte> compressed_;
 };
 
 }  // namespace vt::pipeline

@@ -4,7 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "builder/pyramid/block_cascade.h"
+#include "builder/encode/tile_band.h"
+#include "builder/pyramid/cascade.h"
 #include "builder/pyramid/reduce_rows.h"
 #include "store/codec.h"
 
@@ -44,20 +45,29 @@ std::size_t cascade_bytes(const LayerPlan& plan, const std::vector<pyramid::Bloc
   std::size_t floats = 0;
   for (const pyramid::BlockLevel& level : block) floats += ring_rows * planes * (static_cast<std::size_t>(level.active.width) + kPad);
   const std::size_t widest = static_cast<std::size_t>(block.front().active.width) + kPad;
-  return (floats + 2 * widest + pyramid::halve_scratch_floats(widest)) * sizeof(float);
+  // A row without data in all planes, and two more for the kernels.
+  return (floats + (planes + 2) * widest + pyramid::halve_scratch_floats(widest)) * sizeof(float);
 }
 
-// A row of tiles of every level, and of each level one tile on its way through the encoders.
+// A row of tiles of every part of every level with the planes of the rows that are measured, and of each one tile on its way through the
+// encoders.
 std::size_t tile_bytes(const LayerPlan& plan, const std::vector<pyramid::BlockLevel>& block, std::size_t outputs) {
   const std::size_t edge = plan.info.tile_texels();
-  const std::size_t raw = edge * edge * format_info(plan.codec->texel_format()).block_bytes;
-  const std::size_t payload = plan.info.tile_payload_bytes();
+  const auto planes = static_cast<std::size_t>(plan.codec->planes());
   std::size_t bytes = 0;
   for (std::size_t k = 0; k < outputs; ++k) {
     const std::size_t tiles = (static_cast<std::size_t>(block[k].core.width) + edge - 1) / edge;
-    bytes += tiles * raw;
-    if (plan.info.format == TexelFormat::kBc1) bytes += payload;
-    if (plan.compression.codec != store::Codec::kRaw) bytes += payload + payload / 128;
+    const std::int64_t level_texels = block[k].data.width * block[k].data.height;
+    const std::size_t measured_rows = level_texels <= encode::kDenselyMeasuredTexels
+                                          ? edge
+                                          : (edge / 4 + encode::kMeasuredRowOfBlocks - 1) / encode::kMeasuredRowOfBlocks * 4;
+    for (std::size_t part = 0; part < plan.parts.size(); ++part) {
+      const std::size_t payload = plan.parts[part].tile_payload_bytes();
+      const std::size_t raw = edge * edge * format_info(plan.part(part).texel_format).block_bytes;
+      bytes += tiles * (raw + measured_rows * planes * edge * sizeof(float)) + 4 * edge * 4 * sizeof(float);
+      if (plan.part(part).format != plan.part(part).texel_format) bytes += payload;
+      if (plan.compression.codec != store::Codec::kRaw) bytes += payload + payload / 128;
+    }
   }
   return bytes;
 }
@@ -65,17 +75,19 @@ std::size_t tile_bytes(const LayerPlan& plan, const std::vector<pyramid::BlockLe
 std::size_t tier_bytes(const LayerPlan& plan, const Tier& tier, bool is_first) {
   const std::vector<pyramid::BlockLevel> block = widest_block(plan, tier);
   const std::size_t edge = plan.info.tile_texels();
-  const std::size_t carry_tile = edge * edge * format_info(plan.codec->carry_format()).block_bytes;
+  const std::size_t carry_tile = edge * edge * static_cast<std::size_t>(plan.codec->planes()) * sizeof(float);
   std::size_t bytes = cascade_bytes(plan, block) + tile_bytes(plan, block, static_cast<std::size_t>(tier.outputs));
-  std::size_t compressor = store::compressor_bytes(plan.compression, plan.info.tile_payload_bytes());
+  std::size_t compressor = 0;
+  for (const LayerInfo& part : plan.parts)
+    compressor = std::max(compressor, store::compressor_bytes(plan.compression, part.tile_payload_bytes()));
   if (tier.has_carry) {
-    bytes += carry_tile;
+    bytes += 3 * carry_tile;  // as floats, as residuals, compressed
     compressor = std::max(compressor, store::compressor_bytes({store::Codec::kZstd, 1}, carry_tile));
   }
   bytes += compressor;
   const std::int64_t width = block.front().active.width;
-  if (is_first) return bytes + plan.source_load.chunk_bytes(width, plan.codec->planes()) + plan.source_load.reader_bytes;
-  return bytes + (static_cast<std::size_t>(width) / edge + 2) * carry_tile;  // a row of tiles of the tier before
+  if (is_first) return bytes + plan.source_load.chunk_bytes(width, plan.codec->source_planes()) + plan.source_load.reader_bytes;
+  return bytes + 2 * (static_cast<std::size_t>(width) / edge + 2) * carry_tile;  // a row of tiles of the tier before, packed and not
 }
 
 // What one tier has freed is not always given back before the next.

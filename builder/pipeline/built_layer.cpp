@@ -1,5 +1,7 @@
 #include "builder/pipeline/built_layer.h"
 
+#include "builder/pipeline/block_quality.h"
+
 namespace vt::pipeline {
 namespace {
 
@@ -10,12 +12,21 @@ std::string carry_name(const std::string& layer) { return layer + "/carry"; }
 // Between the checkpoints of an update.
 constexpr const char* kUpdating = "updating";
 
-std::string metadata_of(const LayerPlan& plan, int block_levels, bool updating) {
-  Json metadata;
+// What the numbers of a part are, in the words of its channel.
+Json values_of(const LayerPlan& plan, std::size_t part) {
+  Json values;
+  values["components"] = plan.part(part).components;
+  if (!plan.part(part).unit.empty()) values["unit"] = plan.part(part).unit;
+  return values;
+}
+
+std::string metadata_of(const LayerPlan& plan, int block_levels, bool updating, const Json& quality = {}) {
+  Json metadata = values_of(plan, 0);
   metadata["settings"] = plan.settings;
   metadata["block_levels"] = block_levels;
   if (!plan.recipe.is_null()) metadata["recipe"] = plan.recipe;
   if (updating) metadata[kUpdating] = true;
+  if (!quality.is_null()) metadata["quality"] = quality;
   return metadata.dump();
 }
 
@@ -51,7 +62,13 @@ Result<BuiltLayer> open_existing(const store::StoreWriter& writer, const LayerPl
     return fail(ErrorCode::kExists, "the store already has a layer '" + plan.info.name +
                                         "' that was built from other sources, or they have changed since; update it (--update), or "
                                         "choose another --name or another store");
-  layer.ids.texture = existing.id;
+  for (const LayerInfo& part : plan.parts) {
+    const auto found = writer.find_layer(part.name);
+    if (!found || found->role != LayerRole::kTexture || (found->id != existing.id && (!found->is_part || found->owner != existing.id)))
+      return fail(ErrorCode::kInvalidData, "layer '" + plan.info.name + "' cannot be built further: its part '" + part.name +
+                                               "' is not in the store; remove the layer and build it again");
+    layer.ids.parts.push_back(found->id);
+  }
   layer.is_complete = existing.state == LayerState::kComplete;
   layer.is_updating = metadata.contains(kUpdating);
   layer.block_levels = metadata["block_levels"].get<int>();
@@ -60,6 +77,7 @@ Result<BuiltLayer> open_existing(const store::StoreWriter& writer, const LayerPl
                                              std::to_string(layer.block_levels) + ", 1 to 12 are possible");
   if (layer.is_complete && !may_differ_in_sources) return layer;
   VT_ASSIGN(layer.ids.marks, find_helper(writer, plan, existing.id, BlockMarks::describe(plan, layer.block_levels).name));
+  VT_ASSIGN(layer.ids.quality, find_helper(writer, plan, existing.id, describe_quality(plan, layer.block_levels).name));
   if (has_carry(plan, layer.block_levels)) {
     VT_ASSIGN(layer.ids.carry, find_helper(writer, plan, existing.id, carry_name(plan.info.name)));
   }
@@ -73,19 +91,29 @@ Result<BuiltLayer> open_built_layer(store::StoreWriter& writer, const LayerPlan&
 
   BuiltLayer layer;
   layer.block_levels = block_levels;
-  LayerInfo info = plan.info;
-  info.metadata_json = metadata_of(plan, block_levels, false);
-  VT_ASSIGN(layer.ids.texture, writer.add_layer(info));
+  for (std::size_t i = 0; i < plan.parts.size(); ++i) {
+    LayerInfo info = plan.parts[i];
+    info.is_part = i > 0;
+    if (info.is_part) info.owner = layer.ids.texture();
+    info.metadata_json = i == 0 ? metadata_of(plan, block_levels, false) : values_of(plan, i).dump();
+    VT_ASSIGN(const LayerId id, writer.add_layer(info));
+    layer.ids.parts.push_back(id);
+  }
   LayerInfo marks = BlockMarks::describe(plan, block_levels);
-  marks.owner = layer.ids.texture;
+  marks.owner = layer.ids.texture();
   VT_ASSIGN(layer.ids.marks, writer.add_layer(marks));
+  LayerInfo quality = describe_quality(plan, block_levels);
+  quality.owner = layer.ids.texture();
+  VT_ASSIGN(layer.ids.quality, writer.add_layer(quality));
   if (has_carry(plan, block_levels)) {
     LayerInfo carry = plan.info;
     carry.name = carry_name(plan.info.name);
     carry.role = LayerRole::kCarry;
-    carry.owner = layer.ids.texture;
-    carry.format = plan.sampler->codec().carry_format();
+    carry.owner = layer.ids.texture();
+    carry.format = TexelFormat::kBlob;
     carry.transfer = Transfer::kLinear;
+    carry.components = {};
+    carry.zero_is_nodata = false;
     carry.metadata_json = "{}";
     VT_ASSIGN(layer.ids.carry, writer.add_layer(carry));
   }
@@ -95,17 +123,19 @@ Result<BuiltLayer> open_built_layer(store::StoreWriter& writer, const LayerPlan&
 }
 
 Result<void> begin_update(store::StoreWriter& writer, const LayerPlan& plan, BuiltLayer& layer) {
-  VT_CHECK(writer.set_metadata(layer.ids.texture, metadata_of(plan, layer.block_levels, true)));
-  VT_CHECK(writer.set_state(layer.ids.texture, LayerState::kBuilding));
+  VT_CHECK(writer.set_metadata(layer.ids.texture(), metadata_of(plan, layer.block_levels, true)));
+  for (const LayerId part : layer.ids.parts) VT_CHECK(writer.set_state(part, LayerState::kBuilding));
   layer.is_complete = false;
   layer.is_updating = true;
   return {};
 }
 
-Result<void> complete(store::StoreWriter& writer, const LayerPlan& plan, const BuiltLayer& layer) {
-  if (layer.is_updating) VT_CHECK(writer.set_metadata(layer.ids.texture, metadata_of(plan, layer.block_levels, false)));
-  VT_CHECK(writer.set_state(layer.ids.texture, LayerState::kComplete));
+Result<void> complete(store::StoreWriter& writer, const LayerPlan& plan, const WorkMap& work, const BuiltLayer& layer) {
+  VT_ASSIGN(const std::vector<LevelQuality> quality, collect_quality(writer, plan, work, layer.ids.quality));
+  VT_CHECK(writer.set_metadata(layer.ids.texture(), metadata_of(plan, layer.block_levels, false, quality_json(plan, quality))));
+  for (const LayerId part : layer.ids.parts) VT_CHECK(writer.set_state(part, LayerState::kComplete));
   VT_CHECK(writer.set_state(layer.ids.marks, LayerState::kComplete));
+  VT_CHECK(writer.set_state(layer.ids.quality, LayerState::kComplete));
   if (has_carry(plan, layer.block_levels)) VT_CHECK(writer.set_state(layer.ids.carry, LayerState::kComplete));
   return writer.commit();
 }

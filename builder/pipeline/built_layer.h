@@ -25,7 +25,7 @@ struct BuiltLayer {
 
 // The layer is unfinished from here on, and its sources are those of `plan`. Does not commit.
 [[nodiscard]] Result<void> begin_update(store::StoreWriter& writer, const LayerPlan& plan, BuiltLayer& layer);
-// All blocks are done. Commits.
-[[nodiscard]] Result<void> complete(store::StoreWriter& writer, const LayerPlan& plan, const BuiltLayer& layer);
+// All blocks are done: adds up what was measured of them. Commits.
+[[nodiscard]] Result<void> complete(store::StoreWriter& writer, const LayerPlan& plan, const WorkMap& work, const BuiltLayer& layer);
 
 }  // namespace vt::pipeline

@@ -35,7 +35,7 @@ struct WorkCounter {
 // Runs blocks of one tier on all workers. Stops at the first error.
 class TierRun {
  public:
-  TierRun(const LayerPlan& plan, const WorkMap& work, LayerIds ids, std::size_t tier, std::vector<std::int64_t> blocks,
+  TierRun(const LayerPlan& plan, const WorkMap& work, const LayerIds& ids, std::size_t tier, std::vector<std::int64_t> blocks,
           store::StoreWriter& writer, const BuildOptions& options, WorkCounter& counter)
       : plan_(plan),
         work_(work),
@@ -126,7 +126,7 @@ class TierRun {
 
   const LayerPlan& plan_;
   const WorkMap& work_;
-  LayerIds ids_;
+  const LayerIds& ids_;
   std::size_t tier_;
   std::vector<std::int64_t> blocks_;
   store::StoreWriter& writer_;
@@ -155,7 +155,7 @@ Result<void> find_changes(store::StoreWriter& writer, const LayerPlan& plan, con
   if (check.changed.empty() && !layer.sources_differ) return {};
   const bool has_work = !check.changed.empty() || !layer.is_complete;
   VT_CHECK(begin_update(writer, plan, layer));
-  if (!has_work) return complete(writer, plan, layer).map([&] { layer.is_complete = true; });
+  if (!has_work) return complete(writer, plan, work, layer).map([&] { layer.is_complete = true; });
   VT_CHECK(mark_stale(writer, work, layer, std::move(check.changed)));
   return writer.commit();
 }
@@ -177,7 +177,7 @@ Result<void> build_tiers(store::StoreWriter& writer, const LayerPlan& plan, cons
     VT_CHECK(run.run(threads, report));
   }
   const auto start = Clock::now();
-  VT_CHECK(complete(writer, plan, layer));
+  VT_CHECK(complete(writer, plan, work, layer));
   report.commit_seconds += seconds_since(start);
   return {};
 }

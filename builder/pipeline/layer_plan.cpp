@@ -6,7 +6,9 @@
 #include <filesystem>
 #include <iterator>
 
+#include "builder/channels/channel_options.h"
 #include "builder/pipeline/layer_grid.h"
+#include "builder/pipeline/layer_kernel.h"
 #include "builder/pipeline/open_sources.h"
 #include "builder/pipeline/parallel.h"
 #include "builder/pipeline/place_source.h"
@@ -20,15 +22,24 @@ std::string area_text(const Area& area) {
          std::to_string(area.north);
 }
 
-Result<pyramid::HalvingKernel> choose_kernel(const LayerRequest& request) {
-  const bool is_color = request.channel == ChannelType::kColor;
-  const std::string name = !request.kernel.empty() ? request.kernel : is_color ? "kaiser3" : "box";
-  const auto kernel = pyramid::kernel_from_name(name);
-  if (!kernel) return fail(ErrorCode::kUsage, "unknown kernel '" + name + "'; box and kaiser3 are known");
-  if (!is_color && kernel->name != pyramid::box_kernel().name)
-    return fail(ErrorCode::kUsage, "kernel " + name + " has negative lobes, which would put heights outside the range of the terrain; " +
-                                       std::string(channel_info(request.channel).name) + " layers use box");
-  return *kernel;
+channels::ChannelSettings settings_for(const LayerRequest& request, const LayerInfo& info) {
+  return {.channel = request.channel, .format = info.format, .transfer = info.transfer, .options = request.options};
+}
+
+// What the codec adds to a layer whose place and size are known: the meaning of its numbers, and the parts beside it.
+void describe_parts(LayerPlan& plan) {
+  for (const channels::Part& part : plan.codec->parts()) {
+    LayerInfo info = plan.info;
+    if (!part.suffix.empty()) {
+      info.name += "/" + part.suffix;
+      info.transfer = Transfer::kLinear;
+    }
+    info.format = part.format;
+    info.components = part.ranges;
+    info.zero_is_nodata = part.zero_is_nodata;
+    plan.parts.push_back(std::move(info));
+  }
+  plan.info = plan.parts.front();
 }
 
 // All of the layer but its place and size. `may_be_empty`: there can be texels without data inside a source.
@@ -81,13 +92,15 @@ nlohmann::ordered_json settings_of(const LayerPlan& plan, const std::vector<Open
   settings["channel"] = channel_info(request.channel).name;
   settings["format"] = format_info(plan.info.format).name;
   settings["kernel"] = plan.kernel.name;
+  for (const auto& [name, value] : request.options) settings["options"][name] = value;
+  if (request.quality != encode::Quality::kNormal) settings["quality"] = encode::quality_name(request.quality);
   settings["compression"] = request.compression;
   settings["tile"] = request.tile_texels;
   settings["crs"] = plan.crs.text();
   settings["grid"] = {plan.info.grid.origin_x, plan.info.grid.origin_y, plan.info.grid.step_x, plan.info.grid.step_y};
   settings["size"] = {plan.info.data.width, plan.info.data.height};
   if (request.range) settings["range"] = *request.range;
-  if (request.resample != resample::Method::kBilinear) settings["resample"] = resample::method_name(request.resample);
+  if (plan.resampling != resample::Method::kBilinear) settings["resample"] = resample::method_name(plan.resampling);
   settings["sources"] = facts_of(sources);
   return settings;
 }
@@ -126,7 +139,7 @@ Result<void> plan_with_sources(const LayerRequest& request, const std::optional<
   const int threads = thread_count(options.threads);
   const SharedReading shared{std::make_shared<source::BlockCache>(options.source_cache_bytes), std::make_shared<source::FilePool>(),
                              options.scratch_folder.empty() ? nullptr : std::make_shared<source::ScratchFile>(options.scratch_folder)};
-  VT_ASSIGN(const std::vector<OpenSource> sources, open_sources(request.sources, shared, threads));
+  VT_ASSIGN(const std::vector<OpenSource> sources, open_sources(request, shared, threads));
   VT_CHECK(check_asked_crs(request, frame));
   plan.crs = frame ? frame->crs : request.crs.value_or(sources.front().crs);
   VT_CHECK(check_systems(sources, plan.crs, plan.warnings));
@@ -149,18 +162,20 @@ Result<void> plan_with_sources(const LayerRequest& request, const std::optional<
 
   std::vector<resample::PlacedSource> placed(sources.size());
   VT_CHECK(for_each_index(sources.size(), threads, [&](std::size_t i) -> Result<void> {
-    VT_ASSIGN(placed[i], place_source(request, plan.info, plan.crs, sources[i], bounds[i]));
+    VT_ASSIGN(placed[i], place_source(request, plan.resampling, plan.info, plan.crs, sources[i], bounds[i]));
     return {};
   }));
   CodecShelf codecs;
+  const channels::ChannelSettings settings = settings_for(request, plan.info);
   for (std::size_t i = 0; i < placed.size(); ++i) {
-    auto codec = codecs.codec_for(plan.info, placed[i].layout);
+    auto codec = codecs.codec_for(settings, placed[i].layout);
     if (!codec) return fail(codec.error().code, sources[i].request.path.string() + ": " + codec.error().message);
     placed[i].codec = std::move(*codec);
   }
   plan.codec = placed.front().codec;
+  describe_parts(plan);
   plan.source_load = load_of(sources, placed, plan.info, options.source_cache_bytes);
-  remark_on(request, plan.crs, sources, placed, plan.warnings);
+  remark_on(request, plan.resampling, plan.crs, sources, placed, plan.warnings);
   plan.settings = settings_of(plan, sources);
   plan.sampler = std::make_shared<const resample::BaseSampler>(std::move(placed), plan.info.data.width, plan.info.data.height);
   return {};
@@ -186,12 +201,13 @@ Result<void> plan_without_sources(const LayerRequest& request, const std::option
   VT_CHECK(lay_out(request, frame, nullptr, bounds, plan));
   const channels::SampleLayout layout{.type = expected.type,
                                       .value_bands = expected.bands,
-                                      .has_alpha = expected.has_alpha && request.channel == ChannelType::kColor,
+                                      .has_alpha = expected.has_alpha && channels::takes_coverage(request.channel),
                                       .nodata = expected.nodata,
                                       .range = request.range};
-  auto codec = CodecShelf().codec_for(plan.info, layout);
+  auto codec = CodecShelf().codec_for(settings_for(request, plan.info), layout);
   if (!codec) return fail(codec.error().code, "layer '" + request.name + "': " + codec.error().message);
   plan.codec = std::move(*codec);
+  describe_parts(plan);
   plan.source_load = expected_load(request, layout, plan.info, options.source_cache_bytes);
   plan.warnings.push_back("layer '" + request.name + "': " + missing + "; planned from its area, gsd, crs and expected samples");
   return {};
@@ -202,7 +218,9 @@ Result<void> plan_without_sources(const LayerRequest& request, const std::option
 Result<LayerPlan> plan_layer(const LayerRequest& request, const std::optional<DatasetFrame>& frame, const PlanOptions& options) {
   LayerPlan plan;
   plan.request = request;
+  VT_CHECK(channels::check_options(request.channel, request.options));
   VT_ASSIGN(plan.kernel, choose_kernel(request));
+  VT_ASSIGN(plan.resampling, choose_resampling(request));
   VT_ASSIGN(plan.compression, store::parse_compression(request.compression));
   const std::string missing = missing_text(request);
   if (missing.empty()) {

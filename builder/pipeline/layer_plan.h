@@ -28,9 +28,11 @@ struct DatasetFrame {
 
 struct LayerPlan {
   LayerRequest request;
-  LayerInfo info;  // as it goes into the store
+  LayerInfo info;                // as it goes into the store: the layer itself, which is the first of its parts
+  std::vector<LayerInfo> parts;  // all of them, see channels::Part; the same place and size, formats of their own
   geo::Crs crs;
   pyramid::HalvingKernel kernel;
+  resample::Method resampling = resample::Method::kBilinear;
   store::Compression compression;
   std::shared_ptr<const channels::ChannelCodec> codec;   // of the first source; all write the same texels
   std::shared_ptr<const resample::BaseSampler> sampler;  // null: planned without sources
@@ -39,6 +41,7 @@ struct LayerPlan {
   nlohmann::ordered_json recipe;    // how it was asked for, for the layer's metadata; decides nothing. null: not kept
   std::vector<std::string> warnings;
 
+  [[nodiscard]] const channels::Part& part(std::size_t i) const { return codec->parts()[i]; }
   [[nodiscard]] Area extent() const;  // of the data rectangle, CRS units
 };
 

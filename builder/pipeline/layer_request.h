@@ -7,6 +7,8 @@
 #include <string>
 #include <vector>
 
+#include "builder/channels/channel_settings.h"
+#include "builder/encode/quality.h"
 #include "builder/geo/crs.h"
 #include "builder/resample/placed_source.h"
 #include "store/channel.h"
@@ -36,18 +38,20 @@ struct ExpectedSamples {
 struct LayerRequest {
   std::string name;
   ChannelType channel = ChannelType::kColor;
-  std::vector<SourceRequest> sources;  // later ones lie over earlier ones
-  std::optional<TexelFormat> format;   // default: the channel's, with coverage when the source has it
-  std::string kernel;                  // "" = kaiser3 for colour, box for elevation
+  std::vector<SourceRequest> sources;                  // later ones lie over earlier ones
+  std::optional<TexelFormat> format;                   // default: the channel's, with coverage when the source has it
+  channels::Options options;                           // of the channel, see builder/channels/channel_options.h
+  std::string kernel;                                  // "": the channel's own, see layer_kernel.h
+  encode::Quality quality = encode::Quality::kNormal;  // of block compression
   std::string compression = "zstd:3";
   int tile_texels = 256;
   std::optional<double> gsd_m;  // metres per texel of the finest level (of the grid if projected, on the ground if in degrees); default:
                                 // the first source's own grid
   std::optional<geo::Crs> crs;  // of the dataset; default: the store's, or the first source's
   std::optional<Area> area;     // outer edges of the layer in CRS units, widened to whole texels; default: all that the sources cover
-  std::optional<std::array<double, 2>> range;               // sample values of black and white
-  resample::Method resample = resample::Method::kBilinear;  // of sources on another grid
-  std::optional<ExpectedSamples> expected;                  // for a plan without sources
+  std::optional<std::array<double, 2>> range;  // sample values of black and white
+  std::optional<resample::Method> resample;    // of sources on another grid; default: bilinear, of classes nearest
+  std::optional<ExpectedSamples> expected;     // for a plan without sources
 };
 
 }  // namespace vt::pipeline

@@ -51,11 +51,12 @@ geo::GeoTransform transform_of(const RasterInfo& info) {
   return {0.0, 1.0, 0.0, static_cast<double>(info.height), 0.0, -1.0};
 }
 
-Result<OpenSource> open_source(const SourceRequest& request, const SharedReading& shared) {
+Result<OpenSource> open_source(const SourceRequest& request, ChannelType channel, const SharedReading& shared) {
   source::OpenOptions options;
   options.crs = request.crs;
   options.extent = request.extent;
   options.nodata = request.nodata;
+  options.palette_indices = channel == ChannelType::kMaterial;
   options.cache = shared.cache;
   options.files = shared.files;
   options.scratch = shared.scratch;
@@ -103,10 +104,11 @@ nlohmann::ordered_json facts_of_one(const OpenSource& source) {
 
 }  // namespace
 
-Result<std::vector<OpenSource>> open_sources(const std::vector<SourceRequest>& requests, const SharedReading& shared, int threads) {
+Result<std::vector<OpenSource>> open_sources(const LayerRequest& layer, const SharedReading& shared, int threads) {
+  const std::vector<SourceRequest>& requests = layer.sources;
   std::vector<std::optional<OpenSource>> opened(requests.size());
   VT_CHECK(for_each_index(requests.size(), threads, [&](std::size_t i) -> Result<void> {
-    VT_ASSIGN(opened[i], open_source(requests[i], shared));
+    VT_ASSIGN(opened[i], open_source(requests[i], layer.channel, shared));
     return {};
   }));
   std::vector<OpenSource> sources;

@@ -32,9 +32,8 @@ struct SharedReading {
   std::shared_ptr<source::ScratchFile> scratch;  // null: none
 };
 
-// In the order of the requests, on `threads` threads. Errors name the file and say which option helps; of several, the first in order.
-[[nodiscard]] Result<std::vector<OpenSource>> open_sources(const std::vector<SourceRequest>& requests, const SharedReading& shared,
-                                                           int threads);
+// Those of a layer, in order, on `threads` threads. Errors name the file and say which option helps; of several, the first in order.
+[[nodiscard]] Result<std::vector<OpenSource>> open_sources(const LayerRequest& layer, const SharedReading& shared, int threads);
 
 // What decides the samples and their place, for the layer's settings. A long list is given as its length and a hash of all of it: the
 // settings are part of the store and written with every checkpoint.

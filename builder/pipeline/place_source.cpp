@@ -12,7 +12,7 @@ namespace {
 using source::RasterInfo;
 
 // Which bands a channel reads, as indices, the coverage band last.
-Result<std::vector<int>> choose_bands(ChannelType channel, const OpenSource& source, bool with_alpha) {
+Result<std::vector<int>> choose_bands(const LayerRequest& request, const OpenSource& source, bool with_alpha) {
   const RasterInfo& info = source.raster->info();
   std::vector<int> bands;
   for (int band : source.request.bands) {
@@ -23,7 +23,7 @@ Result<std::vector<int>> choose_bands(ChannelType channel, const OpenSource& sou
   }
   if (bands.empty()) {
     const int values = info.bands - (info.alpha_band >= 0 ? 1 : 0);
-    const int wanted = channel == ChannelType::kColor ? (values >= 3 ? 3 : 1) : 1;
+    VT_ASSIGN(const int wanted, channels::bands_wanted(request.channel, request.options, values));
     for (int b = 0; b < info.bands && static_cast<int>(bands.size()) < wanted; ++b)
       if (b != info.alpha_band) bands.push_back(b);
   }
@@ -60,29 +60,30 @@ std::int64_t snapped(double offset) { return static_cast<std::int64_t>(std::ceil
 
 }  // namespace
 
-Result<std::shared_ptr<const channels::ChannelCodec>> CodecShelf::codec_for(const LayerInfo& layer, const channels::SampleLayout& layout) {
+Result<std::shared_ptr<const channels::ChannelCodec>> CodecShelf::codec_for(const channels::ChannelSettings& settings,
+                                                                            const channels::SampleLayout& layout) {
   for (const auto& [known, codec] : codecs_)
     if (resample::same_layout(known, layout)) return codec;
-  VT_ASSIGN(std::shared_ptr<const channels::ChannelCodec> made, channels::make_codec(layer.channel, layout, layer.transfer, layer.format));
+  VT_ASSIGN(std::shared_ptr<const channels::ChannelCodec> made, channels::make_codec(settings, layout));
   return codecs_.emplace_back(layout, std::move(made)).second;
 }
 
-Result<resample::PlacedSource> place_source(const LayerRequest& request, const LayerInfo& layer, const geo::Crs& crs,
-                                            const OpenSource& source, const Bounds& bounds) {
+Result<resample::PlacedSource> place_source(const LayerRequest& request, resample::Method resampling, const LayerInfo& layer,
+                                            const geo::Crs& crs, const OpenSource& source, const Bounds& bounds) {
   const RasterInfo& info = source.raster->info();
   resample::PlacedSource placed;
   placed.raster = source.raster;
   placed.layout.type = info.sample_type;
-  placed.layout.has_alpha = info.alpha_band >= 0 && layer.channel == ChannelType::kColor;
+  placed.layout.has_alpha = info.alpha_band >= 0 && channels::takes_coverage(layer.channel);
   placed.layout.nodata = info.nodata;
   placed.layout.range = request.range;
-  VT_ASSIGN(placed.bands, choose_bands(layer.channel, source, placed.layout.has_alpha));
+  VT_ASSIGN(placed.bands, choose_bands(request, source, placed.layout.has_alpha));
   placed.layout.value_bands = static_cast<int>(placed.bands.size()) - (placed.layout.has_alpha ? 1 : 0);
 
   const TexelRect whole{0, 0, layer.data.width, layer.data.height};
   if (source.transform.is_north_up() && crs.same_coordinates(source.crs)) {
     const auto offset = offset_in_texels(layer.grid, source);
-    if (offset && (is_on_grid(*offset) || request.resample == resample::Method::kNearest)) {
+    if (offset && (is_on_grid(*offset) || resampling == resample::Method::kNearest)) {
       placed.is_aligned = true;
       placed.offset_x = is_on_grid(*offset) ? std::llround(offset->x) : snapped(offset->x);
       placed.offset_y = is_on_grid(*offset) ? std::llround(offset->y) : snapped(offset->y);
@@ -92,7 +93,7 @@ Result<resample::PlacedSource> place_source(const LayerRequest& request, const L
       return placed;
     }
   }
-  placed.method = request.resample;
+  placed.method = resampling;
   placed.warp = std::make_shared<const resample::GridWarp>(layer.grid, crs, source.transform, source.crs);
   const auto x0 = static_cast<std::int64_t>(std::floor((bounds.west - layer.grid.origin_x) / layer.grid.step_x)) - 1;
   const auto x1 = static_cast<std::int64_t>(std::ceil((bounds.east - layer.grid.origin_x) / layer.grid.step_x)) + 1;

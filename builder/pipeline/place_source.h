@@ -18,8 +18,8 @@ namespace vt::pipeline {
 // The codecs of one layer. Sources of one sample layout share one: some hold tables, and a mosaic has thousands of sources. For one thread.
 class CodecShelf {
  public:
-  // As channels::make_codec.
-  [[nodiscard]] Result<std::shared_ptr<const channels::ChannelCodec>> codec_for(const LayerInfo& layer,
+  // `settings` of the layer, the same in every call. Errors as channels::make_codec.
+  [[nodiscard]] Result<std::shared_ptr<const channels::ChannelCodec>> codec_for(const channels::ChannelSettings& settings,
                                                                                 const channels::SampleLayout& layout);
 
  private:
@@ -27,7 +27,7 @@ class CodecShelf {
 };
 
 // All but the codec, which the caller adds. `bounds` are the source's in the layer's CRS. kUsage: a band that the file does not have.
-[[nodiscard]] Result<resample::PlacedSource> place_source(const LayerRequest& request, const LayerInfo& layer, const geo::Crs& crs,
-                                                          const OpenSource& source, const Bounds& bounds);
+[[nodiscard]] Result<resample::PlacedSource> place_source(const LayerRequest& request, resample::Method resampling, const LayerInfo& layer,
+                                                          const geo::Crs& crs, const OpenSource& source, const Bounds& bounds);
 
 }  // namespace vt::pipeline

@@ -55,8 +55,18 @@ PlanCost plan_cost(const LayerInfo& info) {
   return cost;
 }
 
+PlanCost plan_cost(const LayerPlan& plan) {
+  PlanCost cost = plan_cost(plan.parts.front());
+  for (std::size_t i = 1; i < plan.parts.size(); ++i) {
+    const PlanCost part = plan_cost(plan.parts[i]);
+    cost.tiles += part.tiles;
+    cost.raw_bytes += part.raw_bytes;
+  }
+  return cost;
+}
+
 PlanEstimate estimate_cost(const LayerPlan& plan, int block_levels, int threads, double megatexels_per_second) {
-  const PlanCost cost = plan_cost(plan.info);
+  const PlanCost cost = plan_cost(plan);
   PlanEstimate estimate;
   estimate.tile_ratio = tile_ratio(plan);
   estimate.tile_bytes = scaled(cost.raw_bytes, estimate.tile_ratio);
@@ -65,9 +75,9 @@ PlanEstimate estimate_cost(const LayerPlan& plan, int block_levels, int threads,
   std::uint64_t kept_blocks = 0;
   for (const Tier& tier : plan_tiers(plan.info, block_levels))
     if (tier.has_carry) kept_blocks += static_cast<std::uint64_t>(tier.blocks());
-  const TexelFormat carry_format = plan.codec->carry_format();
-  const std::uint64_t carry_tile = payload_bytes(format_info(carry_format), plan.info.tile_texels(), plan.info.tile_texels());
-  const double carry_ratio = carry_format == TexelFormat::kRgba32Float ? kColorCarryRatio : kHeightCarryRatio;
+  const std::uint64_t carry_tile =
+      std::uint64_t{plan.info.tile_texels()} * plan.info.tile_texels() * static_cast<std::uint64_t>(plan.codec->planes()) * sizeof(float);
+  const double carry_ratio = plan.info.channel == ChannelType::kElevation ? kHeightCarryRatio : kColorCarryRatio;
   constexpr std::uint64_t kRecordBytes = store::kRecordHeaderBytes + store::kRecordAlignment / 2;  // header, and up to the next record
   estimate.working_state_bytes = scaled(kept_blocks * carry_tile, carry_ratio) + kept_blocks * (kRecordBytes + store::kRecordAlignment);
   estimate.index_bytes = index_bytes_of(cost.tiles) + 2 * index_bytes_of(kept_blocks);

@@ -15,6 +15,8 @@ struct PlanCost {
   std::uint64_t raw_bytes = 0;
 };
 [[nodiscard]] PlanCost plan_cost(const LayerInfo& info);
+// Of all parts of a layer. Texels count once.
+[[nodiscard]] PlanCost plan_cost(const LayerPlan& plan);
 
 struct PlanEstimate {
   double tile_ratio = 1.0;  // stored bytes of a tile to raw ones

@@ -26,9 +26,9 @@ void Remarks::append_to(std::vector<std::string>& warnings) const {
   if (count_ > kMostRemarks) warnings.push_back("and " + std::to_string(count_ - kMostRemarks) + " more files that are " + what_);
 }
 
-void remark_on(const LayerRequest& request, const geo::Crs& crs, const std::vector<OpenSource>& sources,
+void remark_on(const LayerRequest& request, resample::Method resampling, const geo::Crs& crs, const std::vector<OpenSource>& sources,
                const std::vector<resample::PlacedSource>& placed, std::vector<std::string>& warnings) {
-  const std::string method(resample::method_name(request.resample));
+  const std::string method(resample::method_name(resampling));
   Remarks outside("outside the layer's area");
   Remarks moved("moved onto the grid");
   Remarks resampled("resampled");

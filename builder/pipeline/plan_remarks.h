@@ -26,7 +26,7 @@ class Remarks {
 };
 
 // What should be known about sources before a long build: which are left out, moved, resampled, or may come out dark.
-void remark_on(const LayerRequest& request, const geo::Crs& crs, const std::vector<OpenSource>& sources,
+void remark_on(const LayerRequest& request, resample::Method resampling, const geo::Crs& crs, const std::vector<OpenSource>& sources,
                const std::vector<resample::PlacedSource>& placed, std::vector<std::string>& warnings);
 
 // Which sources of a request are not there, in words; "" when all are.

@@ -15,6 +15,7 @@
 
 #include "builder/pipeline/embedded_schemas.h"
 #include "builder/pipeline/input_list.h"
+#include "builder/pipeline/option_files.h"
 
 namespace vt::pipeline {
 namespace {
@@ -105,7 +106,18 @@ Result<LayerRequest> layer_from(const json& value, const Scene& scene, const std
       return fail(ErrorCode::kInvalidData, where + "/format: unknown texel format '" + value["format"].get<std::string>() + "'");
   }
   layer.kernel = value.value("kernel", layer.kernel);
+  for (const auto& [name, option] : value.value("options", json::object()).items())
+    layer.options[name] = option.is_string()    ? option.get<std::string>()
+                          : option.is_boolean() ? (option.get<bool>() ? "yes" : "no")
+                                                : option.dump();
+  const auto loaded = load_option_files(layer.channel, folder, layer.options);
+  if (!loaded) return fail(loaded.error().code, where + "/options: " + loaded.error().message);
   layer.compression = value.value("compression", layer.compression);
+  if (value.contains("quality")) {
+    const auto quality = encode::quality_from_name(value["quality"].get<std::string>());
+    if (!quality) return fail(ErrorCode::kInvalidData, where + "/quality: unknown quality '" + value["quality"].get<std::string>() + "'");
+    layer.quality = *quality;
+  }
   layer.tile_texels = value.value("tile", layer.tile_texels);
   if (value.contains("gsd")) layer.gsd_m = value["gsd"].get<double>();
   if (value.contains("range")) layer.range = std::array<double, 2>{value["range"][0].get<double>(), value["range"][1].get<double>()};

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "builder/pyramid/block_cascade.h"
+#include "builder/pyramid/cascade.h"
 
 namespace vt::pipeline {
 namespace {

@@ -91,12 +91,116 @@ void HalveTwoRows(const float* upper, const float* lower, const HalvingKernel& k
   }
 }
 
+// out[i] = fold of the four texels under it.
+template <class Fold>
+HWY_INLINE void fold_four(const float* upper, const float* lower, std::size_t count, float* out, const Fold& fold) {
+  const hn::ScalableTag<float> d;
+  using V = hn::Vec<decltype(d)>;
+  const std::size_t lanes = hn::Lanes(d);
+  std::size_t i = 0;
+  for (; i + lanes <= count; i += lanes) {
+    V upper_even;
+    V upper_odd;
+    V lower_even;
+    V lower_odd;
+    hn::LoadInterleaved2(d, upper + 2 * i, upper_even, upper_odd);
+    hn::LoadInterleaved2(d, lower + 2 * i, lower_even, lower_odd);
+    hn::StoreU(fold(fold(upper_even, upper_odd), fold(lower_even, lower_odd)), d, out + i);
+  }
+  const hn::CappedTag<float, 1> one;
+  for (; i < count; ++i) {
+    const auto at = [&](const float* row, std::size_t x) { return hn::LoadU(one, row + x); };
+    hn::StoreU(fold(fold(at(upper, 2 * i), at(upper, 2 * i + 1)), fold(at(lower, 2 * i), at(lower, 2 * i + 1))), one, out + i);
+  }
+}
+
+void LeastOfFour(const float* upper, const float* lower, std::size_t count, float* out) {
+  fold_four(upper, lower, count, out, [](auto a, auto b) { return hn::Min(a, b); });
+}
+
+void GreatestOfFour(const float* upper, const float* lower, std::size_t count, float* out) {
+  fold_four(upper, lower, count, out, [](auto a, auto b) { return hn::Max(a, b); });
+}
+
+void LimitToFourRows(const float* const* rows, std::size_t count, float* scratch, float* out) {
+  const hn::ScalableTag<float> d;
+  using V = hn::Vec<decltype(d)>;
+  const std::size_t lanes = hn::Lanes(d);
+  // Down the columns first: columns -1 to 2 * count of the fine rows.
+  const std::size_t columns = 2 * count + 2;
+  float* const least = scratch;
+  float* const greatest = scratch + columns;
+  std::size_t i = 0;
+  for (; i + lanes <= columns; i += lanes) {
+    const V a = hn::LoadU(d, rows[0] - 1 + i);
+    const V b = hn::LoadU(d, rows[1] - 1 + i);
+    const V c = hn::LoadU(d, rows[2] - 1 + i);
+    const V e = hn::LoadU(d, rows[3] - 1 + i);
+    hn::StoreU(hn::Min(hn::Min(a, b), hn::Min(c, e)), d, least + i);
+    hn::StoreU(hn::Max(hn::Max(a, b), hn::Max(c, e)), d, greatest + i);
+  }
+  for (; i < columns; ++i) {
+    float low = rows[0][static_cast<std::ptrdiff_t>(i) - 1];
+    float high = low;
+    for (int t = 1; t < 4; ++t) {
+      const float value = rows[t][static_cast<std::ptrdiff_t>(i) - 1];
+      low = value < low ? value : low;
+      high = value > high ? value : high;
+    }
+    least[i] = low;
+    greatest[i] = high;
+  }
+  // Then along the row: fine columns 2x - 1 to 2x + 2 are scratch columns 2x to 2x + 3.
+  i = 0;
+  for (; i + lanes < count; i += lanes) {
+    const auto fold = [&](const float* from, const auto& op) {
+      V even;
+      V odd;
+      V next_even;
+      V next_odd;
+      hn::LoadInterleaved2(d, from + 2 * i, even, odd);
+      hn::LoadInterleaved2(d, from + 2 * i + 2, next_even, next_odd);
+      return op(op(even, odd), op(next_even, next_odd));
+    };
+    const V low = fold(least, [](V a, V b) { return hn::Min(a, b); });
+    const V high = fold(greatest, [](V a, V b) { return hn::Max(a, b); });
+    hn::StoreU(hn::Min(hn::Max(hn::LoadU(d, out + i), low), high), d, out + i);
+  }
+  for (; i < count; ++i) {
+    float low = least[2 * i];
+    float high = greatest[2 * i];
+    for (std::size_t t = 1; t < 4; ++t) {
+      low = least[2 * i + t] < low ? least[2 * i + t] : low;
+      high = greatest[2 * i + t] > high ? greatest[2 * i + t] : high;
+    }
+    out[i] = out[i] < low ? low : (out[i] > high ? high : out[i]);
+  }
+}
+
 void CombineRows(const float* const* rows, const HalvingKernel& kernel, std::size_t count, float* out) {
-  kernel.taps == 2 ? combine<2>(rows, kernel, count, out) : combine<12>(rows, kernel, count, out);
+  switch (kernel.taps) {
+    case 2:
+      return combine<2>(rows, kernel, count, out);
+    case 8:
+      return combine<8>(rows, kernel, count, out);
+    case 12:
+      return combine<12>(rows, kernel, count, out);
+    default:
+      return combine<20>(rows, kernel, count, out);
+  }
 }
 
 void HalveRow(const float* row, const HalvingKernel& kernel, std::size_t count, float* scratch, float* out) {
-  kernel.taps == 2 ? halve<2>(row, kernel, count, scratch, out) : halve<12>(row, kernel, count, scratch, out);
+  switch (kernel.taps) {
+    case 2:
+      return halve<2>(row, kernel, count, scratch, out);
+    case 8:
+      return halve<8>(row, kernel, count, scratch, out);
+    case 12:
+      return halve<12>(row, kernel, count, scratch, out);
+    default:
+      return halve<20>(row, kernel, count, scratch, out);
+  }
 }
 
 }  // namespace vt::pyramid::HWY_NAMESPACE
@@ -108,6 +212,9 @@ namespace vt::pyramid {
 HWY_EXPORT(CombineRows);
 HWY_EXPORT(HalveRow);
 HWY_EXPORT(HalveTwoRows);
+HWY_EXPORT(LeastOfFour);
+HWY_EXPORT(GreatestOfFour);
+HWY_EXPORT(LimitToFourRows);
 
 void combine_rows(const float* const* rows, const HalvingKernel& kernel, std::size_t count, float* out) {
   HWY_DYNAMIC_DISPATCH(CombineRows)(rows, kernel, count, out);
@@ -119,6 +226,22 @@ void halve_row(const float* row, const HalvingKernel& kernel, std::size_t count,
 
 void halve_two_rows(const float* upper, const float* lower, const HalvingKernel& kernel, std::size_t count, float* out) {
   HWY_DYNAMIC_DISPATCH(HalveTwoRows)(upper, lower, kernel, count, out);
+}
+
+void least_of_four(const float* upper, const float* lower, std::size_t count, float* out) {
+  HWY_DYNAMIC_DISPATCH(LeastOfFour)(upper, lower, count, out);
+}
+
+void greatest_of_four(const float* upper, const float* lower, std::size_t count, float* out) {
+  HWY_DYNAMIC_DISPATCH(GreatestOfFour)(upper, lower, count, out);
+}
+
+void limit_to_four_rows(const float* const* rows, std::size_t count, float* scratch, float* out) {
+  HWY_DYNAMIC_DISPATCH(LimitToFourRows)(rows, count, scratch, out);
+}
+
+void pick_first(const float* row, std::size_t count, float* out) {
+  for (std::size_t i = 0; i < count; ++i) out[i] = row[2 * i];
 }
 
 }  // namespace vt::pyramid

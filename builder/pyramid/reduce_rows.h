@@ -1,5 +1,5 @@
-// The two inner loops of every overview: a weighted sum of rows, and halving along a row. SIMD with run-time dispatch; products and sums
-// are rounded one by one in one fixed order, so that every CPU and every blocking gives the same bits. Any thread.
+// The inner loops of every overview: weighted sums of rows and along a row, extremes, single texels. SIMD with run-time dispatch; products
+// and sums are rounded one by one in one fixed order, so that every CPU and every blocking gives the same bits. Any thread.
 #pragma once
 
 #include <cstddef>
@@ -19,6 +19,17 @@ void halve_row(const float* row, const HalvingKernel& kernel, std::size_t count,
 // Both at once for a kernel of two taps: the same roundings in the same order as combine_rows and halve_row, without the rows between.
 // out[i] comes from both rows at 2 * i and 2 * i + 1.
 void halve_two_rows(const float* upper, const float* lower, const HalvingKernel& kernel, std::size_t count, float* out);
+
+// out[i] = the least (greatest) of both rows at 2 * i and 2 * i + 1. No value is NaN.
+void least_of_four(const float* upper, const float* lower, std::size_t count, float* out);
+void greatest_of_four(const float* upper, const float* lower, std::size_t count, float* out);
+
+// Moves out[i] between the least and the greatest of four rows at 2 * i - 1 to 2 * i + 2, which are readable from -1 to 2 * count.
+// `scratch` holds 4 * count + 4 floats.
+void limit_to_four_rows(const float* const* rows, std::size_t count, float* scratch, float* out);
+
+// out[i] = row[2 * i].
+void pick_first(const float* row, std::size_t count, float* out);
 
 [[nodiscard]] constexpr std::size_t halve_scratch_floats(std::size_t count) { return 2 * (count + 64); }
 

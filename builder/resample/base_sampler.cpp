@@ -91,7 +91,7 @@ Result<void> BaseSampler::assemble(BaseChunk& chunk, store::ContentHasher* conte
 
 Result<void> BaseSampler::composite(BaseChunk& chunk, store::ContentHasher* content) const {
   const TexelRect& rect = chunk.rect();
-  chunk.block_.planes = codec().planes();
+  chunk.block_.planes = codec().source_planes();
   refit(chunk.block_.floats, static_cast<std::size_t>(rect.width * rect.height * chunk.block_.planes));
   std::ranges::fill(chunk.block_.floats, 0.0F);
   for (const Part& part : chunk.parts_) {

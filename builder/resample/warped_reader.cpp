@@ -63,7 +63,7 @@ Result<void> for_each_window(const PlacedSource& source, const TexelRect& part, 
 
 // The window's samples in filter space, into `buffers.planes`.
 Result<void> decode_window(const PlacedSource& source, const source::Window& window, WarpBuffers& buffers, store::ContentHasher* content) {
-  const int planes = source.codec->planes();
+  const int planes = source.codec->source_planes();
   const auto pitch = static_cast<std::size_t>(window.width) * source.layout.texel_bytes();
   refit(buffers.samples, static_cast<std::size_t>(window.height) * pitch);
   VT_CHECK(source.read(window, buffers.samples, pitch, content));
@@ -133,7 +133,7 @@ Result<void> composite_warped(const PlacedSource& source, const TexelRect& part,
                               store::ContentHasher* content) {
   return for_each_window(source, part, buffers, [&](const TexelRect& piece, const source::Window& window) -> Result<void> {
     VT_CHECK(decode_window(source, window, buffers, content));
-    const int planes = source.codec->planes();
+    const int planes = source.codec->source_planes();
     for (std::int64_t row = 0; row < piece.height; ++row) {
       const Point2* positions = buffers.positions.data() + row * piece.width;
       const auto& make_row = source.method == Method::kBilinear ? interpolate_row : pick_row;

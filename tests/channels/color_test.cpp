@@ -2,15 +2,17 @@
 
 #include <random>
 
-#include "builder/channels/channel_codec.h"
+#include "builder/channels/channel_makers.h"
 #include "builder/channels/srgb.h"
 #include "tests/channels/row_fixture.h"
 
 namespace vt::channels {
 namespace {
 
+ChannelSettings settings_for(TexelFormat format) { return {.format = format, .transfer = Transfer::kSrgb}; }
+
 std::unique_ptr<const ChannelCodec> color(const SampleLayout& layout, TexelFormat format) {
-  auto codec = make_color_codec(layout, Transfer::kSrgb, format);
+  auto codec = make_color_codec(settings_for(format), layout);
   EXPECT_TRUE(codec.has_value()) << codec.error().message;
   return std::move(*codec);
 }
@@ -23,7 +25,7 @@ TEST(ColorCodec, OpaqueCodesComeBackExactly) {
   Rows rows(256);
   EXPECT_TRUE(codec->decode_row(bytes_of(samples), 256, rows.row(1)));
   std::vector<std::uint8_t> texels(samples.size());
-  codec->encode_row(rows.middle(true), 256, reinterpret_cast<std::byte*>(texels.data()));
+  codec->encode_row(0, rows.middle(true), 256, reinterpret_cast<std::byte*>(texels.data()));
   EXPECT_EQ(texels, samples);
   EXPECT_TRUE(codec->samples_are_texels());
 }
@@ -40,7 +42,7 @@ TEST(ColorCodec, TranslucentCodesComeBackExactlyWhereTheyCanBeSeen) {
   Rows rows(count);
   EXPECT_FALSE(codec->decode_row(bytes_of(samples), count, rows.row(1)));
   std::vector<std::uint8_t> texels(samples.size());
-  codec->encode_row(rows.middle(false), count, reinterpret_cast<std::byte*>(texels.data()));
+  codec->encode_row(0, rows.middle(false), count, reinterpret_cast<std::byte*>(texels.data()));
   EXPECT_EQ(texels, samples);
 }
 
@@ -53,7 +55,7 @@ TEST(ColorCodec, NodataHasNoWeightAndIsGivenBack) {
   EXPECT_EQ(rows.row(1)[0][0], 0.0F);
   EXPECT_EQ(rows.row(1)[3][1], 1.0F) << "one band of three is not enough";
   std::vector<std::uint8_t> texels(9);
-  codec->encode_row(rows.middle(false), 3, reinterpret_cast<std::byte*>(texels.data()));
+  codec->encode_row(0, rows.middle(false), 3, reinterpret_cast<std::byte*>(texels.data()));
   EXPECT_EQ(texels, samples);
 }
 
@@ -63,7 +65,7 @@ TEST(ColorCodec, EmptyTexelsBorrowTheColourOfTheirNeighbours) {
   Rows rows(3);
   codec->decode_row(bytes_of(samples), 3, rows.row(1));
   std::vector<std::uint8_t> texels(12);
-  codec->encode_row(rows.middle(false), 3, reinterpret_cast<std::byte*>(texels.data()));
+  codec->encode_row(0, rows.middle(false), 3, reinterpret_cast<std::byte*>(texels.data()));
   EXPECT_EQ(texels, (std::vector<std::uint8_t>{200, 100, 50, 255, 200, 100, 50, 0, 0, 0, 0, 0}));
 }
 
@@ -79,7 +81,7 @@ TEST(ColorCodec, SixteenBitCodesFollowTheSameCurve) {
   Rows rows(256);
   EXPECT_TRUE(codec->decode_row(bytes_of(samples), 256, rows.row(1)));
   std::vector<std::uint8_t> texels(samples.size());
-  codec->encode_row(rows.middle(true), 256, reinterpret_cast<std::byte*>(texels.data()));
+  codec->encode_row(0, rows.middle(true), 256, reinterpret_cast<std::byte*>(texels.data()));
   EXPECT_EQ(texels, wanted);
 }
 
@@ -90,7 +92,7 @@ TEST(ColorCodec, RangeSaysWhatIsBlackAndWhite) {
   Rows rows(6);
   EXPECT_FALSE(codec->decode_row(bytes_of(samples), 6, rows.row(1)));
   std::vector<std::uint8_t> texels(18);
-  codec->encode_row(rows.middle(false), 6, reinterpret_cast<std::byte*>(texels.data()));
+  codec->encode_row(0, rows.middle(false), 6, reinterpret_cast<std::byte*>(texels.data()));
   EXPECT_EQ(texels[0], 0);
   EXPECT_EQ(texels[3], 0);
   EXPECT_EQ(texels[6], 128);  // 127.5 rounds up
@@ -100,9 +102,9 @@ TEST(ColorCodec, RangeSaysWhatIsBlackAndWhite) {
 }
 
 TEST(ColorCodec, RefusesWhatItCannotMean) {
-  EXPECT_EQ(make_color_codec({}, Transfer::kSrgb, TexelFormat::kR32Float).error().code, ErrorCode::kUnsupported);
-  EXPECT_EQ(make_color_codec({.value_bands = 2}, Transfer::kSrgb, TexelFormat::kRgb8).error().code, ErrorCode::kUnsupported);
-  const auto without_range = make_color_codec({.type = SampleType::kInt16}, Transfer::kSrgb, TexelFormat::kRgb8);
+  EXPECT_EQ(make_color_codec(settings_for(TexelFormat::kR32Float), {}).error().code, ErrorCode::kUnsupported);
+  EXPECT_EQ(make_color_codec(settings_for(TexelFormat::kRgb8), {.value_bands = 2}).error().code, ErrorCode::kUnsupported);
+  const auto without_range = make_color_codec(settings_for(TexelFormat::kRgb8), {.type = SampleType::kInt16});
   ASSERT_FALSE(without_range.has_value());
   EXPECT_NE(without_range.error().message.find("--range"), std::string::npos);
 }

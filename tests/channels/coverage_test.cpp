@@ -23,7 +23,8 @@ std::pair<float, float> settle(const Case& c) {
   float value = c.filtered_value;
   float weight = c.filtered_weight;
   const PlaneRow out{&value, &weight};
-  const bool opaque = settle_coverage({upper_value.data(), upper_weight.data()}, {lower_value.data(), lower_weight.data()}, 2, 1, out);
+  const bool opaque = settle_coverage({upper_value.data(), upper_weight.data()}, {lower_value.data(), lower_weight.data()},
+                                      std::array{PlaneRule::kLinear, PlaneRule::kLinear}, 1, 1, out);
   EXPECT_EQ(opaque, weight == 1.0F);
   return {value, weight};
 }

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <cstring>
 
-#include "builder/channels/channel_codec.h"
+#include "builder/channels/channel_makers.h"
 #include "tests/channels/row_fixture.h"
 
 namespace vt::channels {
@@ -11,13 +11,13 @@ namespace {
 
 template <class T>
 std::vector<float> there_and_back(const SampleLayout& layout, const std::vector<T>& samples) {
-  auto codec = make_elevation_codec(layout, TexelFormat::kR32Float);
+  auto codec = make_elevation_codec({.channel = ChannelType::kElevation, .format = TexelFormat::kR32Float}, layout);
   EXPECT_TRUE(codec.has_value());
   const auto count = static_cast<std::int64_t>(samples.size());
   Rows rows(count);
   const bool opaque = (*codec)->decode_row(bytes_of(samples), count, rows.row(1));
   std::vector<float> texels(samples.size());
-  (*codec)->encode_row(rows.middle(opaque), count, reinterpret_cast<std::byte*>(texels.data()));
+  (*codec)->encode_row(0, rows.middle(opaque), count, reinterpret_cast<std::byte*>(texels.data()));
   return texels;
 }
 
@@ -58,9 +58,9 @@ TEST(ElevationCodec, VoidsBecomeNaNWhateverTheyAreCalled) {
 }
 
 TEST(ElevationCodec, OutsideIsNaN) {
-  const auto codec = make_elevation_codec({.value_bands = 1}, TexelFormat::kR32Float);
+  const auto codec = make_elevation_codec({.channel = ChannelType::kElevation, .format = TexelFormat::kR32Float}, {.value_bands = 1});
   float texel = 3.0F;
-  (*codec)->mark_outside(reinterpret_cast<std::byte*>(&texel), 1);
+  (*codec)->mark_outside(0, reinterpret_cast<std::byte*>(&texel), 1);
   std::uint32_t bits = 0;
   std::memcpy(&bits, &texel, sizeof bits);
   EXPECT_EQ(bits, 0x7FC00000U) << "the one NaN that the format document names";

@@ -11,6 +11,7 @@
 #include "tests/encode/bc1_definition.h"
 #include "tests/encode/bc1_images.h"
 #include "tests/encode/simd_targets.h"
+#include "tests/encode/squish_encoder.h"
 
 namespace vt::encode {
 namespace {
@@ -235,6 +236,46 @@ TEST(Bc1Encoder, NotWorseOnRealImagery) {
     RecordProperty(name, std::to_string(psnr_db(ours)) + " dB, stb_dxt " + std::to_string(psnr_db(stb)) + " dB");
   }
   if (found == 0) GTEST_SKIP() << "no real imagery: set VT_TEST_DATA to the folder that holds it";
+}
+
+std::vector<std::byte> encoded_at(const Image& image, Quality quality) {
+  std::vector<std::byte> blocks(image.width * image.height / 2);
+  encode_bc1_image(image.rgb, image.width, image.height, image.width * 3, 3, quality, blocks);
+  return blocks;
+}
+
+TEST(Bc1Encoder, BestIsInNoBlockWorseThanNormalAndEveryTargetMakesTheSameBytes) {
+  const Image image = hostile_image();
+  const std::vector<int> normal = block_errors(image, encoded(image));
+  for (const Quality quality : {Quality::kFast, Quality::kBest}) {
+    const std::vector<std::byte> blocks = encoded_at(image, quality);
+    for (std::size_t i = 0; i < blocks.size(); i += 8) ASSERT_TRUE(is_four_color(std::span(blocks).subspan(i, 8))) << "block " << i / 8;
+    const std::vector<int> errors = block_errors(image, blocks);
+    if (quality == Quality::kBest) {
+      for (std::size_t i = 0; i < errors.size(); ++i) ASSERT_LE(errors[i], normal[i]) << "block " << i;
+    }
+    for (const std::int64_t target : targets()) {
+      const ForcedTarget forced(target);
+      EXPECT_EQ(encoded_at(image, quality), blocks) << hwy::TargetName(target);
+    }
+  }
+}
+
+TEST(Bc1Encoder, BestIsNotWorseThanIterativeClusterFitOfLibsquish) {
+  for (const Image& image : {photographic_image(128, 128, 1), noise_image(64, 64, 1), hostile_image()})
+    EXPECT_LE(mean_squared_error(image, encoded_at(image, Quality::kBest)), mean_squared_error(image, encoded_by_squish(image)));
+}
+
+TEST(Bc1Encoder, NeighboursDoNotChangeABestBlock) {
+  const Image image = hostile_image();
+  const std::vector<std::byte> together = encoded_at(image, Quality::kBest);
+  for (std::size_t i = 0; i < together.size() / 8; i += 17) {
+    Image alone(4, 4);
+    const BlockTexels texels = block_texels(image, i);
+    for (std::size_t t = 0; t < 16; ++t) alone.set(t % 4, t / 4, texels[t]);
+    const std::vector<std::byte> block = encoded_at(alone, Quality::kBest);
+    ASSERT_TRUE(std::equal(block.begin(), block.end(), &together[i * 8])) << "block " << i;
+  }
 }
 
 }  // namespace

@@ -28,7 +28,7 @@ Tiles tiles_by_definition(const Case& c, const LayerPlan& plan) {
       for (int p = 0; p < planes; ++p) image.at(x, y, p) = row[static_cast<std::size_t>(p)][static_cast<std::size_t>(x)];
   }
 
-  const std::size_t texel_bytes = format_info(codec.texel_format()).block_bytes;
+  const std::size_t texel_bytes = format_info(codec.parts().front().texel_format).block_bytes;
   const std::int64_t edge = info.tile_texels();
   for (int level = info.finest.value;; --level) {
     const Level l{static_cast<std::uint8_t>(level)};
@@ -59,9 +59,9 @@ Tiles tiles_by_definition(const Case& c, const LayerPlan& plan) {
                     around[r][plane][static_cast<std::size_t>(i)] = image.get(qx + i - 1, qy + static_cast<int>(r) - 1, p);
                   (r == 0 ? rows.above : r == 1 ? rows.here : rows.below)[plane] = around[r][plane].data() + 1;
                 }
-              codec.encode_row(rows, 1, out);
+              codec.encode_row(0, rows, 1, out);
             }
-            if (px != qx || py != qy) codec.mark_outside(out, 1);
+            if (px != qx || py != qy) codec.mark_outside(0, out, 1);
             has_data = has_data || image.get(px, py, planes - 1) > 0.0F;
           }
         if (!has_data) continue;

@@ -120,7 +120,7 @@ inline Tiles tiles_of(const std::filesystem::path& store_path, const std::string
       for (std::int64_t x = rect.x; x < rect.right(); ++x) {
         const TileId tile{l, static_cast<std::uint32_t>(x), static_cast<std::uint32_t>(y)};
         std::vector<std::byte> payload(layer->tile_payload_bytes());
-        auto read = reader->read(layer->id, tile, payload);
+        auto read = layer->holds_blobs() ? reader->read_blob(layer->id, tile, payload) : reader->read(layer->id, tile, payload);
         if (read) {
           tiles.emplace(tile, std::move(payload));
         } else {

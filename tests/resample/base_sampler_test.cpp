@@ -37,7 +37,7 @@ PlacedSource color_source(const TexelRect& place, const SampleLayout& layout, st
   source.raster = std::make_shared<MemorySource>(place.width, place.height, bands, SampleType::kUint8, std::move(samples));
   for (int b = 0; b < bands; ++b) source.bands.push_back(b);
   source.layout = layout;
-  source.codec = channels::make_codec(ChannelType::kColor, layout, Transfer::kSrgb, format).value();
+  source.codec = channels::make_codec({.format = format, .transfer = Transfer::kSrgb}, layout).value();
   source.is_aligned = true;
   source.offset_x = place.x;
   source.offset_y = place.y;
@@ -94,7 +94,7 @@ void expect_defined(const BaseSampler& sampler, const std::vector<PlacedSource>&
       // What is passed on is what encoding the planes would give.
       const channels::ConstPlaneRow here{&wanted[0], &wanted[1], &wanted[2], &wanted[3]};
       std::array<std::byte, 3> encoded{};
-      sampler.codec().encode_row({here, here, here, true}, 1, encoded.data());
+      sampler.codec().encode_row(0, {here, here, here, true}, 1, encoded.data());
       ASSERT_EQ(std::memcmp(encoded.data(), texels + i * 3, 3), 0) << rect.x + i << "," << rect.y + row;
     }
     EXPECT_EQ(opaque, all_opaque);

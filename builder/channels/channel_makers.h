@@ -1,0 +1,15 @@
+// The makers of the eight channels' codecs, one file each. Private to this room and its tests; others call make_codec(). Errors as there.
+#pragma once
+
+#include <memory>
+
+#include "builder/channels/channel_codec.h"
+
+namespace vt::channels {
+
+using MadeCodec = Result<std::unique_ptr<const ChannelCodec>>;
+
+[[nodiscard]] MadeCodec make_color_codec(const ChannelSettings& settings, const SampleLayout& layout);
+[[nodiscard]] MadeCodec make_elevation_codec(const ChannelSettings& settings, const SampleLayout& layout);
+
+}  // namespace vt::channels

@@ -1,0 +1,89 @@
+#include "builder/channels/channel_options.h"
+
+#include <array>
+#include <charconv>
+#include <cmath>
+
+namespace vt::channels {
+namespace {
+
+// In the order of the channels' numbers.
+constexpr std::array<OptionInfo, 2> kOptions = {{
+    {ChannelType::kColor, "alpha", "straight|associated",
+     "whether the input's colour is already multiplied by its coverage (default: straight)"},
+    {ChannelType::kColor, "anti-ringing", "yes|no", "keep overshoot beside edges within the neighbouring texels (default: no)"},
+}};
+
+std::string names_of(ChannelType channel) {
+  std::string names;
+  for (const OptionInfo& option : kOptions)
+    if (option.channel == channel) names += (names.empty() ? "" : ", ") + std::string(option.name);
+  return names.empty() ? "none" : names;
+}
+
+Result<double> parse_number(const std::string& name, std::string_view text) {
+  double value = 0.0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (error != std::errc{} || end != text.data() + text.size() || !std::isfinite(value))
+    return fail(ErrorCode::kUsage, "option " + name + ": '" + std::string(text) + "' is not a number");
+  return value;
+}
+
+}  // namespace
+
+std::span<const OptionInfo> all_options() { return kOptions; }
+
+Result<void> check_options(ChannelType channel, const Options& options) {
+  for (const auto& [name, value] : options) {
+    bool known = false;
+    for (const OptionInfo& option : kOptions) known = known || (option.channel == channel && option.name == name);
+    if (!known)
+      return fail(ErrorCode::kUsage, "option " + name + " does not belong to " + std::string(channel_info(channel).name) +
+                                         " layers; theirs: " + names_of(channel));
+  }
+  return {};
+}
+
+Result<std::string> choice_of(const Options& options, const std::string& name, std::string_view preset,
+                              std::span<const std::string_view> choices) {
+  const auto given = options.find(name);
+  if (given == options.end()) return std::string(preset);
+  std::string all;
+  for (const std::string_view choice : choices) {
+    if (given->second == choice) return given->second;
+    all += (all.empty() ? "" : ", ") + std::string(choice);
+  }
+  return fail(ErrorCode::kUsage, "option " + name + ": '" + given->second + "' is none of " + all);
+}
+
+Result<std::optional<double>> number_of(const Options& options, const std::string& name, double least, double greatest) {
+  const auto given = options.find(name);
+  if (given == options.end()) return std::optional<double>{};
+  VT_ASSIGN(const double value, parse_number(name, given->second));
+  if (value < least || value > greatest)
+    return fail(ErrorCode::kUsage,
+                "option " + name + ": " + given->second + " is not from " + std::to_string(least) + " to " + std::to_string(greatest));
+  return std::optional(value);
+}
+
+Result<std::vector<double>> numbers_of(const Options& options, const std::string& name) {
+  std::vector<double> numbers;
+  const auto given = options.find(name);
+  if (given == options.end()) return numbers;
+  const std::string& text = given->second;
+  for (std::size_t at = 0; at <= text.size();) {
+    const std::size_t end = std::min(text.find(',', at), text.size());
+    VT_ASSIGN(const double value, parse_number(name, std::string_view(text).substr(at, end - at)));
+    numbers.push_back(value);
+    at = end + 1;
+  }
+  return numbers;
+}
+
+Result<bool> flag_of(const Options& options, const std::string& name, bool preset) {
+  constexpr std::array<std::string_view, 2> kChoices{"yes", "no"};
+  VT_ASSIGN(const std::string choice, choice_of(options, name, preset ? "yes" : "no", kChoices));
+  return choice == "yes";
+}
+
+}  // namespace vt::channels

@@ -1,0 +1,22 @@
+// Everything about a layer's channel that a user may choose. Plain values; what is possible together is each channel's affair.
+#pragma once
+
+#include <map>
+#include <string>
+
+#include "store/channel.h"
+#include "store/texel_format.h"
+
+namespace vt::channels {
+
+// Choices of one channel by their names in channel_options.h, as text: "frame" -> "enu". An option that is not there has its default.
+using Options = std::map<std::string, std::string>;
+
+struct ChannelSettings {
+  ChannelType channel = ChannelType::kColor;
+  TexelFormat format = TexelFormat::kRgb8;  // of the first part
+  Transfer transfer = Transfer::kLinear;    // of the codes that are stored
+  Options options;
+};
+
+}  // namespace vt::channels

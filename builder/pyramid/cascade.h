@@ -1,0 +1,79 @@
+// Filters one block of a layer through several levels in one sweep from north to south. Only a few rows of each level are alive at a time,
+// so everything stays in the processor's cache and memory does not depend on the block's height.
+//
+// The caller feeds base rows in order and receives finished rows of every output level through RowSink, each with its neighbours; the level
+// above the outputs is kept as carry, from which the next tier goes on. The block asks for an apron around its core that is wide enough for
+// every level, so a level's texels come from the same values in the same order as if the whole image were filtered at once: blocking never
+// shows in the result. How values combine differs: PlaneCascade sums planes, ClassCascade counts classes. One object per thread.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "builder/channels/channel_codec.h"
+#include "builder/pyramid/halving_kernel.h"
+#include "store/result.h"
+#include "store/tile_id.h"
+
+namespace vt::pyramid {
+
+// What one block must have of each of its levels; index 0 is the block's base.
+struct BlockLevel {
+  TexelRect core;    // texels the block is responsible for, inside the data
+  TexelRect active;  // core and apron, inside the data: what is computed
+  TexelRect data;    // the data rectangle of the level
+};
+
+// `core` is the block on its base level (before clipping), `data` the base level's data rectangle; `outputs` levels are wanted, the base
+// included, and one more as carry when `with_carry`.
+[[nodiscard]] std::vector<BlockLevel> plan_block(const TexelRect& core, const TexelRect& data, int outputs, bool with_carry,
+                                                 const HalvingKernel& kernel);
+
+class RowSink {
+ public:
+  virtual ~RowSink() = default;
+  // Row `y` of level `k` (0 = base); pointers in `rows` are at column core.x and `core.width` texels belong to the block.
+  virtual void row(int k, std::int64_t y, const channels::RowNeighbourhood& rows) = 0;
+};
+
+// A row of tiles of carry that lie side by side, as carry_bytes() gave them.
+struct CarryTiles {
+  std::int64_t first_column = 0;                  // of tiles
+  std::int64_t row = 0;                           // of tiles
+  std::span<const std::vector<std::byte>> tiles;  // empty bytes: there is no carry, because there are no data
+};
+
+class Cascade {
+ public:
+  virtual ~Cascade() = default;
+  Cascade(const Cascade&) = delete;
+  Cascade& operator=(const Cascade&) = delete;
+
+  [[nodiscard]] const BlockLevel& level(int k) const { return levels_[static_cast<std::size_t>(k)]; }
+  [[nodiscard]] int level_count() const { return static_cast<int>(levels_.size()); }
+  [[nodiscard]] int outputs() const { return outputs_; }
+  [[nodiscard]] bool has_carry() const { return outputs_ < level_count(); }
+
+  // Where to write the next base row, in all planes of the codec: level(0).active.width texels, row after row from active.y.
+  [[nodiscard]] virtual channels::PlaneRow begin_row() = 0;
+  // The row is written; `opaque`: all its weights are exactly 1. Passes on every row that can now be finished.
+  virtual void end_row(bool opaque, RowSink& sink) = 0;
+
+  // Instead of rows, of a tier that goes on from carry: all rows of the active rectangle in one row of tiles. kCorrupt: bytes that are no
+  // carry.
+  [[nodiscard]] virtual Result<void> feed_carry(const CarryTiles& carry, RowSink& sink) = 0;
+  // After the last row, when has_carry(): the tile of carry that the block leaves, for feed_carry.
+  virtual void carry_bytes(std::vector<std::byte>& out) const = 0;
+
+ protected:
+  // `levels` as from plan_block, `outputs` of them are given out.
+  Cascade(std::vector<BlockLevel> levels, int outputs) : levels_(std::move(levels)), outputs_(outputs) {}
+
+ private:
+  std::vector<BlockLevel> levels_;
+  int outputs_;
+};
+
+}  // namespace vt::pyramid
