@@ -137,6 +137,8 @@ class NormalCodec final : public ChannelCodec {
     Part part{.format = style.format, .texel_format = unblocked_format(style.format), .zero_is_nodata = marks_no_data_};
     part.components = is_enu ? std::vector<std::string>{"east", "north", "up"} : std::vector<std::string>{"x", "y", "z"};
     part.components.resize(std::min<std::size_t>(components_, 3));
+    part.metadata_json = std::string("{\"frame\":\"") + (is_enu ? "enu" : "scene") + "\"" +
+                         (components_ == 2 ? ",\"up\":\"sqrt(max(0, 1 - east^2 - north^2))\"}" : "}");
     part.ranges.fill(direction_.range);
     for (std::size_t c = components_; c < 4; ++c) part.ranges[c] = {};
     if (components_ == 4) {

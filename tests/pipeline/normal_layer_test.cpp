@@ -195,6 +195,7 @@ TEST(NormalLayer, EveryLevelReportsItsAngles) {
     build_normals(built, {.width = 200, .height = 120, .type = SampleType::kFloat32}, format, terrain_component);
     const auto metadata = nlohmann::json::parse(Values(built.store, "normal").info().metadata_json);
     EXPECT_EQ(metadata["components"][0], "east");
+    EXPECT_EQ(metadata["frame"], "enu");
     EXPECT_EQ(metadata["quality"][0]["name"], "direction");
     EXPECT_EQ(metadata["quality"][0]["unit"], "deg");
     EXPECT_EQ(metadata["quality"][1]["name"], "length");
