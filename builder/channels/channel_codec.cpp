@@ -15,7 +15,7 @@ Result<int> bands_wanted(ChannelType channel, const Options&, int values) {
     case ChannelType::kIllumination:
       return values >= 3 ? 3 : 1;
     case ChannelType::kNormal:
-      return 3;
+      return values >= 3 ? 3 : 2;
     case ChannelType::kHorizon:
       return values;
     case ChannelType::kElevation:
@@ -39,14 +39,14 @@ Result<std::unique_ptr<const ChannelCodec>> make_codec(const ChannelSettings& se
     case ChannelType::kMaterial:
       return make_material_codec(settings, layout);
     case ChannelType::kNormal:
+      return make_normal_codec(settings, layout);
     case ChannelType::kHorizon:
     case ChannelType::kSensor:
     case ChannelType::kIllumination:
     case ChannelType::kMask:
       break;
   }
-  return fail(ErrorCode::kUnsupported,
-              "channel '" + std::string(channel_info(settings.channel).name) + "' cannot be built yet; color, elevation and material can");
+  return fail(ErrorCode::kUnsupported, "channel '" + std::string(channel_info(settings.channel).name) + "' cannot be built yet");
 }
 
 }  // namespace vt::channels

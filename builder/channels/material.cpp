@@ -1,7 +1,7 @@
-// Material. A number is the name of a class: between class 2 and class 4 there is no class 3, so classes are never averaged but counted, and
-// a texel of a coarser level is the class that holds most of its area, the lowest of several that hold as much. Planes: class, weight
-// (1 data, 0 no data), then what class_planes.h says. One code is kept for no data. The parts NAME/classes and NAME/weights, when asked for,
-// hold the most frequent classes and their shares of the area with data in 1/255; what is missing from 255 is other classes'.
+// Material. A number is the name of a class: between class 2 and class 4 there is no class 3, so classes are never averaged but counted,
+// and a texel of a coarser level is the class that holds most of its area, the lowest of several that hold as much. Planes: class, weight
+// (1 data, 0 no data), then what class_planes.h says. One code is kept for no data. The parts NAME/classes and NAME/weights, when asked
+// for, hold the most frequent classes and their shares of the area with data in 1/255; what is missing from 255 is other classes'.
 
 #include <algorithm>
 #include <array>
@@ -220,7 +220,8 @@ class MaterialCodec final : public ChannelCodec {
     std::array<float, kMostRankedClasses> shares{};
     std::array<int, kMostRankedClasses> codes{};
     for (std::int64_t i = 0; i < count; ++i, out += ranked) {
-      for (std::size_t rank = 0; rank < ranked; ++rank) shares[rank] = row[static_cast<std::size_t>(share_plane(static_cast<int>(rank)))][i];
+      for (std::size_t rank = 0; rank < ranked; ++rank)
+        shares[rank] = row[static_cast<std::size_t>(share_plane(static_cast<int>(rank)))][i];
       if (shares[0] == 0.0F) {
         codes.fill(0);
       } else {
@@ -240,7 +241,7 @@ Result<int> choose_no_data(const ChannelSettings& settings, int greatest) {
   if (chosen && *chosen != std::floor(*chosen))
     return fail(ErrorCode::kUsage, "option no-data-class: " + settings.options.at("no-data-class") + " is no whole number");
   if (chosen) return static_cast<int>(*chosen);
-  const double declared = settings.nodata.value_or(-1.0);
+  const double declared = settings.source_nodata;
   return declared >= 0.0 && declared <= greatest && declared == std::floor(declared) ? static_cast<int>(declared) : greatest;
 }
 
@@ -263,7 +264,8 @@ MadeCodec make_material_codec(const ChannelSettings& settings, const SampleLayou
   constexpr std::array<std::string_view, 5> kMixtures{"", "1", "2", "3", "4"};
   VT_ASSIGN(const std::string mixture, choice_of(settings.options, "mixture", "", std::span(kMixtures)));
   if (mixture == "3" && settings.format == TexelFormat::kR16)
-    return fail(ErrorCode::kUnsupported, "a mixture of 3 classes cannot be stored with 16 bits each; use mixture 4, or store the layer as r8");
+    return fail(ErrorCode::kUnsupported,
+                "a mixture of 3 classes cannot be stored with 16 bits each; use mixture 4, or store the layer as r8");
   ClassCounting counting;
   counting.ranked = mixture.empty() ? 1 : std::stoi(mixture);
   counting.greatest = settings.format == TexelFormat::kR8 ? 255 : 65535;

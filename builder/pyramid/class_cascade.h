@@ -1,6 +1,6 @@
-// The cascade of layers of classes: every level keeps how much of each texel's area each class of the finest level holds, and what is stored
-// of a level is derived from these counts alone. The majority of majorities would be another class, and would make frequent classes more
-// frequent from level to level. Counts go on from tier to tier in full.
+// The cascade of layers of classes: every level keeps how much of each texel's area each class of the finest level holds, and what is
+// stored of a level is derived from these counts alone. The majority of majorities would be another class, and would make frequent classes
+// more frequent from level to level. Counts go on from tier to tier in full.
 #pragma once
 
 #include <array>

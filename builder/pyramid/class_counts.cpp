@@ -41,8 +41,7 @@ struct Ranked {
 };
 
 // The most frequent classes of a texel, the first `ranked` of `best`. Returns the area of all.
-std::uint64_t find_most_frequent(std::span<const ClassCount> classes, int ranked,
-                                 std::array<Ranked, channels::kMostRankedClasses>& best) {
+std::uint64_t find_most_frequent(std::span<const ClassCount> classes, int ranked, std::array<Ranked, channels::kMostRankedClasses>& best) {
   best = {};
   std::uint64_t total = 0;
   for (const ClassCount count : classes) {
