@@ -173,16 +173,12 @@ Result<void> ClassCascade::feed_carry(const CarryTiles& carry, RowSink& sink) {
   LevelState& base = state_[0];
   const TexelRect& active = base.plan.active;
   std::vector<CountReader> readers;
-  std::size_t bytes = 0;
-  for (const std::vector<std::byte>& tile : carry.tiles) {
-    readers.emplace_back(tile, classes_, base.texel_area);
-    bytes += tile.size();
-  }
+  for (const std::vector<std::byte>& tile : carry.tiles) readers.emplace_back(tile, classes_, base.texel_area);
   std::vector<ClassCount> texel;
   for (std::int64_t y = carry.row * edge; y < (carry.row + 1) * edge; ++y) {
     const bool is_active = y >= active.y && y < active.bottom();
     CountRow& counts = base.counts[static_cast<std::size_t>(y & 1)];
-    if (is_active) counts.begin(bytes / 2);  // a class takes two bytes at least
+    if (is_active) counts.begin(0);
     for (std::size_t i = 0; i < readers.size(); ++i) {
       const std::int64_t tile_x = (carry.first_column + static_cast<std::int64_t>(i)) * edge;
       for (std::int64_t x = tile_x; x < tile_x + edge; ++x) {
@@ -192,7 +188,7 @@ Result<void> ClassCascade::feed_carry(const CarryTiles& carry, RowSink& sink) {
           VT_CHECK(readers[i].read(texel));
         }
         if (!is_active || x < active.x || x >= active.right()) continue;
-        for (const ClassCount count : texel) counts.add(count);
+        counts.append(texel);
         counts.end_texel();
       }
     }

@@ -69,6 +69,12 @@ void CountRow::begin(std::size_t classes) {
   if (entries_.size() < classes) entries_.resize(classes + classes / 4);
 }
 
+void CountRow::append(std::span<const ClassCount> classes) {
+  if (entries_.size() < used_ + classes.size()) entries_.resize(2 * (used_ + classes.size()));
+  std::copy(classes.begin(), classes.end(), next());
+  used_ += classes.size();
+}
+
 void count_classes(const ClassRow& upper, const ClassRow& lower, std::int64_t start, std::int64_t count, CountRow& out) {
   out.begin(static_cast<std::size_t>(4 * count));
   for (std::int64_t x = start; x < start + 2 * count; x += 2) {

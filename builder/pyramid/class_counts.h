@@ -31,8 +31,10 @@ class CountRow {
   // A row of `texels` without data.
   static CountRow nothing(std::int64_t texels);
 
-  // Starts anew: `classes` is how many entries will be added at most. Then end_texel() after each texel's entries, and finish().
+  // Starts anew: `classes` is how many entries will be added at most, other than by append(). Then end_texel() after each texel's entries,
+  // and finish().
   void begin(std::size_t classes);
+  void append(std::span<const ClassCount> classes);
   void add(ClassCount count) { entries_[used_++] = count; }
   void end_texel() { ends_.push_back(static_cast<std::uint32_t>(used_)); }
   void finish() { end_texel(); }
