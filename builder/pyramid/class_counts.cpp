@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <utility>
 
 namespace vt::pyramid {
 namespace {
@@ -45,11 +44,14 @@ std::uint64_t find_most_frequent(std::span<const ClassCount> classes, int ranked
   best = {};
   std::uint64_t total = 0;
   for (const ClassCount count : classes) {
-    Ranked here{area_of(count), class_of(count)};
-    total += here.area;
+    const std::uint64_t area = area_of(count);
+    total += area;
     // Classes come in ascending order: an equal area stays behind the lower class that is there already.
-    for (int rank = 0; rank < ranked; ++rank)
-      if (here.area > best[static_cast<std::size_t>(rank)].area) std::swap(here, best[static_cast<std::size_t>(rank)]);
+    std::size_t rank = static_cast<std::size_t>(ranked);
+    while (rank > 0 && area > best[rank - 1].area) --rank;
+    if (rank == static_cast<std::size_t>(ranked)) continue;
+    std::copy_backward(best.begin() + static_cast<std::ptrdiff_t>(rank), best.begin() + ranked - 1, best.begin() + ranked);
+    best[rank] = {area, class_of(count)};
   }
   return total;
 }

@@ -1,9 +1,11 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <nlohmann/json.hpp>
 #include <random>
+#include <span>
 
 #include "builder/channels/channel_makers.h"
 #include "tests/channels/row_fixture.h"
@@ -36,7 +38,7 @@ std::vector<int> there_and_back(const ChannelSettings& settings, const SampleLay
   std::vector<Code> texels(samples.size());
   codec->encode_row(0, rows.middle(opaque), count, reinterpret_cast<std::byte*>(texels.data()));
   if (codec->samples_are_texels()) {
-    EXPECT_EQ(std::memcmp(samples.data(), texels.data(), samples.size() * sizeof(T)), 0);
+    EXPECT_TRUE(std::ranges::equal(std::as_bytes(std::span(samples)), std::as_bytes(std::span(texels))));
   }
   return {texels.begin(), texels.end()};
 }
