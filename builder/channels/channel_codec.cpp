@@ -36,16 +36,17 @@ Result<std::unique_ptr<const ChannelCodec>> make_codec(const ChannelSettings& se
       return make_color_codec(settings, layout);
     case ChannelType::kElevation:
       return make_elevation_codec(settings, layout);
+    case ChannelType::kIllumination:
+      return make_illumination_codec(settings, layout);
     case ChannelType::kNormal:
     case ChannelType::kHorizon:
     case ChannelType::kMaterial:
     case ChannelType::kSensor:
-    case ChannelType::kIllumination:
     case ChannelType::kMask:
       break;
   }
-  return fail(ErrorCode::kUnsupported,
-              "channel '" + std::string(channel_info(settings.channel).name) + "' cannot be built yet; color and elevation can");
+  return fail(ErrorCode::kUnsupported, "channel '" + std::string(channel_info(settings.channel).name) +
+                                           "' cannot be built yet; color, elevation and illumination can");
 }
 
 }  // namespace vt::channels

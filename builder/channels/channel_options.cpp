@@ -8,10 +8,14 @@ namespace vt::channels {
 namespace {
 
 // In the order of the channels' numbers.
-constexpr std::array<OptionInfo, 2> kOptions = {{
+constexpr std::array<OptionInfo, 5> kOptions = {{
     {ChannelType::kColor, "alpha", "straight|associated",
      "whether the input's colour is already multiplied by its coverage (default: straight)"},
     {ChannelType::kColor, "anti-ringing", "yes|no", "keep overshoot beside edges within the neighbouring texels (default: no)"},
+    {ChannelType::kIllumination, "transfer", "linear|srgb", "what the codes of 8 and 16 bit input are proportional to (default: linear)"},
+    {ChannelType::kIllumination, "scale", "LIGHT",
+     "light of the full code of 8 and 16 bit input, of the number 1 of other input (default: 1)"},
+    {ChannelType::kIllumination, "unit", "TEXT", "unit of the light (default: W/(m2 sr), or none for codes without a scale)"},
 }};
 
 std::string names_of(ChannelType channel) {
