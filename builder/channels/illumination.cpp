@@ -91,9 +91,11 @@ class IlluminationCodec final : public ChannelCodec {
     }
   }
 
-  // Light beside the data stays for bilinear lookups where coverage can say that it is none; otherwise there is none.
+  // Light beside the data stays for bilinear lookups where coverage can say that it is none; otherwise there is none, but for blocks, whose
+  // two ends would have to reach from the light to the darkness beside it.
   void mark_outside(std::size_t, std::byte* texels, std::int64_t count) const override {
     const auto bytes = static_cast<std::int64_t>(format_info(texels_).block_bytes);
+    if (parts_[0].format == TexelFormat::kBc6h) return;
     if (!has_coverage_) {
       std::memset(texels, 0, static_cast<std::size_t>(count * bytes));
       return;

@@ -114,7 +114,7 @@ TEST(IlluminationCodec, WhatIsCutOffIsReportedAndTheTotalFalls) {
 }
 
 TEST(IlluminationCodec, OutsideIsUncoveredOrDark) {
-  for (const TexelFormat format : kFormats) {
+  for (const TexelFormat format : {TexelFormat::kRgba32Float, TexelFormat::kRgba16Float, TexelFormat::kRgb9e5}) {
     const auto codec = made({.value_bands = 1}, format);
     const FormatInfo& info = format_info((*codec)->parts()[0].texel_format);
     std::vector<std::byte> texels(std::size_t{2} * info.block_bytes, std::byte{0x12});
@@ -123,7 +123,7 @@ TEST(IlluminationCodec, OutsideIsUncoveredOrDark) {
     store::decode_texels(info.format, texels, 2, 1, read);
     EXPECT_EQ(read[info.channels == 4 ? 3 : 0], 0.0F) << info.name;
     EXPECT_EQ(read.back(), 0.0F) << info.name;
-    EXPECT_EQ(read[0] > 0.0F, format == TexelFormat::kRgba16Float || format == TexelFormat::kRgba32Float) << info.name;
+    EXPECT_EQ(read[0] > 0.0F, format != TexelFormat::kRgb9e5) << info.name;
   }
 }
 

@@ -33,10 +33,14 @@ Built built(const RasterSpec& spec, const Light& light, TexelFormat format, int 
   std::vector<float> texels(edge * edge * channels);
   for (const auto& [id, payload] : tiles_of(folder / "a.vts", "illumination")) {
     store::decode_texels(format, payload, edge, edge, texels);
+    const TexelRect tile_rect = rect_of(id, result.layer.tile_exponent);
+    const TexelRect data = intersect(tile_rect, result.layer.data_rect(id.level));
     double sum = 0.0;
-    for (std::size_t i = 0; i < texels.size(); i += channels)
-      for (std::size_t c = 0; c < 3; ++c)
-        sum += static_cast<double>(texels[i + c]) * (channels == 4 ? static_cast<double>(texels[i + 3]) : 1.0);
+    for (std::int64_t y = data.y; y < data.bottom(); ++y)
+      for (std::int64_t x = data.x; x < data.right(); ++x) {
+        const float* texel = texels.data() + static_cast<std::size_t>((y - tile_rect.y) * tile + x - tile_rect.x) * channels;
+        for (std::size_t c = 0; c < 3; ++c) sum += static_cast<double>(texel[c]) * (channels == 4 ? static_cast<double>(texel[3]) : 1.0);
+      }
     result.totals[id.level.value] += std::ldexp(sum, 2 * (result.layer.finest.value - id.level.value));
   }
   return result;

@@ -17,6 +17,7 @@ struct Case {
   std::string kernel;
   std::optional<TexelFormat> format;
   std::function<double(std::int64_t, std::int64_t, int)> value;
+  channels::Options options = {};
 };
 
 inline double noisy_code(std::int64_t x, std::int64_t y, int band) {
@@ -33,6 +34,10 @@ inline std::vector<Case> cases() {
   };
   const auto height = [holes](std::int64_t x, std::int64_t y, int) {
     return holes(x, y) ? -32768.0 : static_cast<double>((x * 7 + y * 3) % 4000) - 200;
+  };
+  // Vectors of any length, and none in the holes.
+  const auto slopes = [holes](std::int64_t x, std::int64_t y, int band) {
+    return holes(x, y) ? 0.0 : band == 2 ? 1.0 : (hash_noise(x, y, band) % 200) / 100.0 - 1.0;
   };
   return {
       {"opaque_kaiser", {.width = 301, .height = 203}, ChannelType::kColor, "kaiser3", TexelFormat::kRgb8, noisy_code},
@@ -62,6 +67,15 @@ inline std::vector<Case> cases() {
        "box",
        TexelFormat::kR32Float,
        height},
+      {"normal", {.width = 301, .height = 203}, ChannelType::kNormal, "box", TexelFormat::kRgb8, noisy_code},
+      {"normal_rgba16_moments",
+       {.width = 301, .height = 203, .type = SampleType::kFloat32},
+       ChannelType::kNormal,
+       "box",
+       TexelFormat::kRgba16,
+       slopes,
+       {{"moments", "lean"}}},
+      {"normal_bc5", {.width = 130, .height = 203, .bands = 2}, ChannelType::kNormal, "box", TexelFormat::kBc5, noisy_code},
       {"light_halves",
        {.width = 301, .height = 203, .bands = 4, .alpha = true},
        ChannelType::kIllumination,
@@ -83,6 +97,7 @@ inline LayerRequest request_of(const Case& c, const std::filesystem::path& input
   LayerRequest request = request_for({input}, c.channel);
   request.kernel = c.kernel;
   request.format = c.format;
+  request.options = c.options;
   return request;
 }
 
