@@ -117,7 +117,7 @@ HWY_INLINE Choices one_subset(const Texels<3>& texels, int passes) {
   Line<3> line = extremes(texels, WholeBlock(), m);
   Choices best;
   for (int pass = 0; pass < passes; ++pass) {
-    line = refined(line, 4, texels, WholeBlock(), m);
+    line = refined(line, 4, texels, WholeBlock(), m).line;
     const Choices candidate = one_subset_choice(line, with_light_kept(line, 4, texels, WholeBlock()), texels);
     if (pass == 0) {
       best = candidate;

@@ -132,7 +132,7 @@ Candidate one_subset(const Texels<3>& texels, int passes) {
   Line<3> line = extremes(texels, kWholeBlock, m);
   Candidate best;
   for (int pass = 0; pass < passes; ++pass) {
-    line = refined(line, 4, texels, kWholeBlock, m);
+    line = refined(line, 4, texels, kWholeBlock, m).line;
     const Line<3> kept = with_light_kept(line, 4, texels, kWholeBlock);
     Candidate candidate;
     for (const std::uint32_t row : {13U, 12U, 11U, 10U}) {
