@@ -48,7 +48,7 @@ int main(int argc, char** argv) {
   const std::vector<std::function<vt::Result<int>()>> commands = {
       vt::bench::add_build_command(app),  vt::bench::add_sources_command(app),    vt::bench::add_sizes_command(app),
       vt::bench::add_mosaic_command(app), vt::bench::add_accuracy_command(app),   vt::bench::add_lookup_command(app),
-      vt::bench::add_frame_command(app),  vt::bench::add_scoreboard_command(app),
+      vt::bench::add_frame_command(app),  vt::bench::add_scoreboard_command(app), vt::bench::add_channels_command(app),
   };
   vt::cli::add_help_footer(
       app,
