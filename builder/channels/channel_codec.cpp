@@ -15,7 +15,7 @@ Result<int> bands_wanted(ChannelType channel, const Options&, int values) {
     case ChannelType::kIllumination:
       return values >= 3 ? 3 : 1;
     case ChannelType::kNormal:
-      return 3;
+      return values >= 3 ? 3 : 2;
     case ChannelType::kHorizon:
       return values;
     case ChannelType::kElevation:
@@ -37,6 +37,7 @@ Result<std::unique_ptr<const ChannelCodec>> make_codec(const ChannelSettings& se
     case ChannelType::kElevation:
       return make_elevation_codec(settings, layout);
     case ChannelType::kNormal:
+      return make_normal_codec(settings, layout);
     case ChannelType::kHorizon:
     case ChannelType::kMaterial:
     case ChannelType::kSensor:
@@ -45,7 +46,7 @@ Result<std::unique_ptr<const ChannelCodec>> make_codec(const ChannelSettings& se
       break;
   }
   return fail(ErrorCode::kUnsupported,
-              "channel '" + std::string(channel_info(settings.channel).name) + "' cannot be built yet; color and elevation can");
+              "channel '" + std::string(channel_info(settings.channel).name) + "' cannot be built yet; color, elevation and normal can");
 }
 
 }  // namespace vt::channels

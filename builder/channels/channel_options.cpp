@@ -8,10 +8,18 @@ namespace vt::channels {
 namespace {
 
 // In the order of the channels' numbers.
-constexpr std::array<OptionInfo, 2> kOptions = {{
+constexpr std::array<OptionInfo, 7> kOptions = {{
     {ChannelType::kColor, "alpha", "straight|associated",
      "whether the input's colour is already multiplied by its coverage (default: straight)"},
     {ChannelType::kColor, "anti-ringing", "yes|no", "keep overshoot beside edges within the neighbouring texels (default: no)"},
+    {ChannelType::kNormal, "frame", "enu|scene",
+     "what x, y, z are: east, north, up at each place, or one frame for the whole scene (default: enu)"},
+    {ChannelType::kNormal, "zero", "128|127.5",
+     "the code that is 0 in unsigned 8-bit input; in 16-bit input 32768 or 32767.5 (default: 128)"},
+    {ChannelType::kNormal, "y", "up|down", "whether y grows to the top or to the bottom of the picture in the input (default: up)"},
+    {ChannelType::kNormal, "length", "yes|no",
+     "store the length of the mean normal, which tells roughness, beside rgb8, rg16 and bc5 (default: yes)"},
+    {ChannelType::kNormal, "moments", "none|lean", "store means and mean squares of the slopes as well (default: none)"},
 }};
 
 std::string names_of(ChannelType channel) {

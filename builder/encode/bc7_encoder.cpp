@@ -15,7 +15,7 @@
 
 // The method: every block in mode 6, and in the other modes that its alpha and the quality allow; the least exact error wins. Each fit
 // starts on the principal axis and is refined by least squares between roundings to the mode's codes (bc7_fit-inl.h). Partitions are ranked
-// by what lines through their subsets would leave (bc7_partitions-inl.h), and the first few are fitted.
+// by what lines through their subsets would leave (bptc_partitions-inl.h), and the first few are fitted.
 HWY_BEFORE_NAMESPACE();
 namespace vt::encode::HWY_NAMESPACE {
 namespace {
@@ -111,7 +111,7 @@ HWY_NOINLINE void try_alpha_modes(const Batch& batch, Quality quality, Choices& 
   if (quality == Quality::kFast) return;
 
   Ranking<kMostTrials> ranking;
-  rank_two_subsets(Terms<4>(batch.rgba), ranking);
+  rank_two_subsets(Terms<4>(batch.rgba), 64, ranking);
   const int trials = quality == Quality::kBest ? kMostTrials : 1;
   for (int k = 0; k < trials; ++k)
     compete(best, partitioned<7, CodeFormat<5, 2>, 2, 2>(batch.rgba, ranking.partition[k], nowhere(), 2), allowed);
@@ -130,7 +130,7 @@ HWY_NOINLINE void try_opaque_modes(const Batch& batch, Quality quality, Choices&
     for (int c = 0; c < 3; ++c) texels.set(i, c, batch.rgba.get(i).c[c]);
   const Terms<3> terms(texels);
   Ranking<kMostTrials> ranking;
-  rank_two_subsets(terms, ranking);
+  rank_two_subsets(terms, 64, ranking);
   const int trials1 = quality == Quality::kBest ? kMostTrials : 2;
   const int trials3 = quality == Quality::kBest ? kMostTrials : 1;
   for (int k = 0; k < trials1; ++k)

@@ -8,7 +8,7 @@
 
 #include "builder/encode/bc7_block.h"
 #include "builder/encode/bc7_fit-inl.h"
-#include "builder/encode/bc7_partitions-inl.h"
+#include "builder/encode/bptc_partitions-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace vt::encode::HWY_NAMESPACE {

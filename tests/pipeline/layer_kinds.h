@@ -35,6 +35,10 @@ inline std::vector<Case> cases() {
   const auto height = [holes](std::int64_t x, std::int64_t y, int) {
     return holes(x, y) ? -32768.0 : static_cast<double>((x * 7 + y * 3) % 4000) - 200;
   };
+  // Vectors of any length, and none in the holes.
+  const auto slopes = [holes](std::int64_t x, std::int64_t y, int band) {
+    return holes(x, y) ? 0.0 : band == 2 ? 1.0 : (hash_noise(x, y, band) % 200) / 100.0 - 1.0;
+  };
   return {
       {"opaque_kaiser", {.width = 301, .height = 203}, ChannelType::kColor, "kaiser3", TexelFormat::kRgb8, noisy_code},
       {"opaque_box", {.width = 256, .height = 256}, ChannelType::kColor, "box", TexelFormat::kRgb8, noisy_code},
@@ -63,6 +67,15 @@ inline std::vector<Case> cases() {
        "box",
        TexelFormat::kR32Float,
        height},
+      {"normal", {.width = 301, .height = 203}, ChannelType::kNormal, "box", TexelFormat::kRgb8, noisy_code},
+      {"normal_rgba16_moments",
+       {.width = 301, .height = 203, .type = SampleType::kFloat32},
+       ChannelType::kNormal,
+       "box",
+       TexelFormat::kRgba16,
+       slopes,
+       {{"moments", "lean"}}},
+      {"normal_bc5", {.width = 130, .height = 203, .bands = 2}, ChannelType::kNormal, "box", TexelFormat::kBc5, noisy_code},
   };
 }
 

@@ -1,10 +1,10 @@
-// Which partitions of a BC7 block are worth a fit: all of them are ranked by what lines through their subsets would leave, without
+// Which partitions of a BC7 or BC6H block are worth a fit: all of them are ranked by what lines through their subsets would leave, without
 // quantisation. One block per SIMD lane. Included once per CPU target.
-#if defined(VT_BUILDER_ENCODE_BC7_PARTITIONS_INL_H) == defined(HWY_TARGET_TOGGLE)
-#ifdef VT_BUILDER_ENCODE_BC7_PARTITIONS_INL_H
-#undef VT_BUILDER_ENCODE_BC7_PARTITIONS_INL_H
+#if defined(VT_BUILDER_ENCODE_BPTC_PARTITIONS_INL_H) == defined(HWY_TARGET_TOGGLE)
+#ifdef VT_BUILDER_ENCODE_BPTC_PARTITIONS_INL_H
+#undef VT_BUILDER_ENCODE_BPTC_PARTITIONS_INL_H
 #else
-#define VT_BUILDER_ENCODE_BC7_PARTITIONS_INL_H
+#define VT_BUILDER_ENCODE_BPTC_PARTITIONS_INL_H
 #endif
 
 #include <array>
@@ -79,7 +79,7 @@ struct Sums {
   }
 };
 
-// The sums' terms for each texel, less the rounded mean of the block: integers that floats add exactly.
+// The sums' terms for each texel, less the rounded mean of the block. Those of 8-bit texels are integers that floats add exactly.
 template <int kChannels>
 struct Terms {
   static constexpr int kTerms = kChannels + Sums<kChannels>::kProducts;
@@ -125,9 +125,10 @@ HWY_INLINE Sums<kChannels> difference(const Sums<kChannels>& p, const Sums<kChan
   return result;
 }
 
+// Among the first `partitions`.
 template <int kChannels, int kCount>
-HWY_NOINLINE void rank_two_subsets(const Terms<kChannels>& terms, Ranking<kCount>& ranking) {
-  for (std::uint32_t p = 0; p < 64; ++p) {
+HWY_NOINLINE void rank_two_subsets(const Terms<kChannels>& terms, std::uint32_t partitions, Ranking<kCount>& ranking) {
+  for (std::uint32_t p = 0; p < partitions; ++p) {
     const std::uint32_t mask = kSubsetMasks[p];
     const int count = hwy::PopCount(mask);
     const Sums<kChannels> second = terms.of(mask);
