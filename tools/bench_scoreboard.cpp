@@ -118,9 +118,9 @@ ScoreCase step() {
   c.maketx = {{"box", {}}, {"lanczos3", {"--filter", "lanczos3"}}, {"lanczos3 hicomp", {"--filter", "lanczos3", "--hicomp"}}};
   c.judge = [](const Pyramid& p) { return overshoot(p, 0.0, 1000.0); };
   c.judge_ours = [](const Pyramids& layers) {
-    Pyramid light = layers.at("color");
-    for (double& code : light[1].values) code = code / 255.0 * 3000.0 - 1000.0;
-    return overshoot(light, 0.0, 1000.0);
+    Pyramid codes = layers.at("color");
+    for (double& code : codes[1].values) code = code / 255.0 * 3000.0 - 1000.0;
+    return overshoot(codes, 0.0, 1000.0);
   };
   return c;
 }
