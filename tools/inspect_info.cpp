@@ -10,8 +10,10 @@
 #include "builder/geo/crs.h"
 #include "store/store_reader.h"
 #include "store/vt_mapping.h"
+#include "tools/class_table.h"
 #include "tools/cli_support.h"
 #include "tools/inspect_common.h"
+#include "tools/inspect_quality.h"
 
 namespace vt::inspect {
 
@@ -175,12 +177,20 @@ std::string layer_table(const LayerInfo& layer, const std::vector<LevelSummary>&
     text += fmt::format(" ({:.2f} : 1)", *ratio);
   }
   if (!std::isnan(layer.source_nodata)) text += fmt::format(", source's nodata {:g}", layer.source_nodata);
-  if (layer.zero_is_nodata) text += ", code 0 is no data";
+  if (layer.zero_is_nodata && layer.channel != ChannelType::kMaterial) text += ", code 0 is no data";
   text += '\n';
+  const auto metadata = parsed_metadata(layer.metadata_json);
+  const std::vector<std::string> names = component_names(metadata);
+  const std::string unit = unit_of(layer, metadata);
   for (std::size_t c = 0; c < components_of(layer).size(); ++c) {
     const ComponentRange& range = layer.components[c];
-    if (range != ComponentRange()) text += fmt::format("  component {}: {} + {} * sample\n", c, range.offset, range.scale);
+    if (range == ComponentRange()) continue;
+    text += fmt::format("  {} = {} + {} * sample{}\n", c < names.size() ? names[c] : fmt::format("component {}", c),
+                        cli::format_exact(range.offset), cli::format_exact(range.scale), unit.empty() ? "" : " " + unit);
   }
+  const cli::ClassTable classes = cli::class_table_of(layer);
+  if (classes.no_data) text += fmt::format("  code {} is no data\n", *classes.no_data);
+  if (!classes.classes.empty()) text += fmt::format("  classes {}\n", classes.summary());
   const GridPlacement& grid = layer.grid;
   text += fmt::format("  extent west {:.10g}, south {:.10g}, east {:.10g}, north {:.10g}\n", grid.origin_x,
                       grid.origin_y - static_cast<double>(layer.data.height) * grid.step_y,
@@ -197,7 +207,7 @@ std::string layer_table(const LayerInfo& layer, const std::vector<LevelSummary>&
                         level.is_counted ? cli::format_bytes(level.stored_bytes) : "-",
                         level.ratio ? fmt::format("{:.2f}", *level.ratio) : "-");
   }
-  return text;
+  return text + quality_table(metadata);
 }
 
 }  // namespace

@@ -38,11 +38,12 @@ Result<std::unique_ptr<const ChannelCodec>> make_codec(const ChannelSettings& se
       return make_elevation_codec(settings, layout);
     case ChannelType::kMaterial:
       return make_material_codec(settings, layout);
+    case ChannelType::kIllumination:
+      return make_illumination_codec(settings, layout);
     case ChannelType::kNormal:
       return make_normal_codec(settings, layout);
     case ChannelType::kHorizon:
     case ChannelType::kSensor:
-    case ChannelType::kIllumination:
     case ChannelType::kMask:
       break;
   }

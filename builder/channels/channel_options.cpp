@@ -26,6 +26,10 @@ constexpr auto kOptions = std::to_array<OptionInfo>({
      "also store how much of each texel its most frequent classes hold, as NAME/classes and NAME/weights (default: the majority alone)"},
     {ChannelType::kMaterial, "no-data-class", "NUMBER",
      "what is stored where there are no data (default: the first source's no-data value, or the greatest number of the format)"},
+    {ChannelType::kIllumination, "transfer", "linear|srgb", "what the codes of 8 and 16 bit input are proportional to (default: linear)"},
+    {ChannelType::kIllumination, "scale", "LIGHT",
+     "light of the full code of 8 and 16 bit input, of the number 1 of other input (default: 1)"},
+    {ChannelType::kIllumination, "unit", "TEXT", "unit of the light (default: W/(m2 sr), or none for codes without a scale)"},
 });
 
 std::string names_of(ChannelType channel) {
