@@ -39,14 +39,15 @@ Result<std::unique_ptr<const ChannelCodec>> make_codec(const ChannelSettings& se
     case ChannelType::kNormal:
       return make_normal_codec(settings, layout);
     case ChannelType::kHorizon:
+      return make_horizon_codec(settings, layout);
     case ChannelType::kMaterial:
     case ChannelType::kSensor:
     case ChannelType::kIllumination:
     case ChannelType::kMask:
       break;
   }
-  return fail(ErrorCode::kUnsupported,
-              "channel '" + std::string(channel_info(settings.channel).name) + "' cannot be built yet; color, elevation and normal can");
+  return fail(ErrorCode::kUnsupported, "channel '" + std::string(channel_info(settings.channel).name) +
+                                           "' cannot be built yet; color, normal, horizon and elevation can");
 }
 
 }  // namespace vt::channels

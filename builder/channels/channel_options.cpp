@@ -8,7 +8,7 @@ namespace vt::channels {
 namespace {
 
 // In the order of the channels' numbers.
-constexpr std::array<OptionInfo, 7> kOptions = {{
+constexpr std::array<OptionInfo, 11> kOptions = {{
     {ChannelType::kColor, "alpha", "straight|associated",
      "whether the input's colour is already multiplied by its coverage (default: straight)"},
     {ChannelType::kColor, "anti-ringing", "yes|no", "keep overshoot beside edges within the neighbouring texels (default: no)"},
@@ -20,6 +20,13 @@ constexpr std::array<OptionInfo, 7> kOptions = {{
     {ChannelType::kNormal, "length", "yes|no",
      "store the length of the mean normal, which tells roughness, beside rgb8, rg16 and bc5 (default: yes)"},
     {ChannelType::kNormal, "moments", "none|lean", "store means and mean squares of the slopes as well (default: none)"},
+    {ChannelType::kHorizon, "azimuths", "DEGREES,...",
+     "direction of each band, clockwise from north (default: 90,270 of two, evenly from north of more)"},
+    {ChannelType::kHorizon, "angles", "rad|deg", "unit of the input's angles (default: rad)"},
+    {ChannelType::kHorizon, "deviations", "none|given",
+     "whether bands are single angles, or pairs of mean and standard deviation (default: none)"},
+    {ChannelType::kHorizon, "span", "LOW,HIGH",
+     "degrees that codes are spread over; fewer give low sun finer steps, horizons beyond are clamped (default: -90,90)"},
 }};
 
 std::string names_of(ChannelType channel) {
