@@ -8,7 +8,7 @@ namespace vt::channels {
 namespace {
 
 // In the order of the channels' numbers.
-constexpr std::array<OptionInfo, 11> kOptions = {{
+constexpr auto kOptions = std::to_array<OptionInfo>({
     {ChannelType::kColor, "alpha", "straight|associated",
      "whether the input's colour is already multiplied by its coverage (default: straight)"},
     {ChannelType::kColor, "anti-ringing", "yes|no", "keep overshoot beside edges within the neighbouring texels (default: no)"},
@@ -27,7 +27,11 @@ constexpr std::array<OptionInfo, 11> kOptions = {{
      "whether bands are single angles, or pairs of mean and standard deviation (default: none)"},
     {ChannelType::kHorizon, "span", "LOW,HIGH",
      "degrees that codes are spread over; fewer give low sun finer steps, horizons beyond are clamped (default: -90,90)"},
-}};
+    {ChannelType::kIllumination, "transfer", "linear|srgb", "what the codes of 8 and 16 bit input are proportional to (default: linear)"},
+    {ChannelType::kIllumination, "scale", "LIGHT",
+     "light of the full code of 8 and 16 bit input, of the number 1 of other input (default: 1)"},
+    {ChannelType::kIllumination, "unit", "TEXT", "unit of the light (default: W/(m2 sr), or none for codes without a scale)"},
+});
 
 std::string names_of(ChannelType channel) {
   std::string names;

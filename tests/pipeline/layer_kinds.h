@@ -93,6 +93,20 @@ inline std::vector<Case> cases() {
        TexelFormat::kBc5,
        angle,
        {{"angles", "deg"}, {"span", "-10,60"}}},
+      {"light_halves",
+       {.width = 301, .height = 203, .bands = 4, .alpha = true},
+       ChannelType::kIllumination,
+       "box",
+       TexelFormat::kRgba16Float,
+       translucent},
+      {"light_rgb9e5",
+       {.width = 203, .height = 97, .type = SampleType::kFloat32},
+       ChannelType::kIllumination,
+       "box",
+       TexelFormat::kRgb9e5,
+       [holes](std::int64_t x, std::int64_t y, int band) {
+         return holes(x, y) ? std::nan("") : std::exp2(static_cast<double>(hash_noise(x, y, band) % 20000) / 1000.0 - 5.0);
+       }},
   };
 }
 
