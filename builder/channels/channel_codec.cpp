@@ -43,6 +43,7 @@ Result<std::unique_ptr<const ChannelCodec>> make_codec(const ChannelSettings& se
     case ChannelType::kNormal:
       return make_normal_codec(settings, layout);
     case ChannelType::kHorizon:
+      return make_horizon_codec(settings, layout);
     case ChannelType::kSensor:
     case ChannelType::kMask:
       break;

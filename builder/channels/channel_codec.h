@@ -78,8 +78,9 @@ struct Part {
 
 // One number that is reported of every level: how far what is stored lies from the unquantised planes, in the channel's own unit.
 struct Measure {
-  std::string name;  // "error of light"
-  std::string unit;  // "deg"; "" for ratios
+  std::string name;      // "error of light"
+  std::string unit;      // "deg"; "" for ratios
+  std::size_t part = 0;  // whose texels are measured
 };
 
 class ChannelCodec {

@@ -168,7 +168,7 @@ class MaterialCodec final : public ChannelCodec {
     for (ComponentRange& range : weights.ranges) range.scale = 1.0 / 255.0;
     parts_.push_back(std::move(classes));
     parts_.push_back(std::move(weights));
-    measures_.push_back({.name = "class area of the mixture", .unit = "pp"});
+    measures_.push_back({.name = "class area of the mixture", .unit = "pp", .part = kWeights});
   }
 
   // A class that the layer cannot hold goes on as it is; the cascade reports it.
@@ -222,8 +222,8 @@ class MaterialCodec final : public ChannelCodec {
     for (std::int64_t i = 0; i < count; ++i, out += ranked) {
       for (std::size_t rank = 0; rank < ranked; ++rank)
         shares[rank] = row[static_cast<std::size_t>(share_plane(static_cast<int>(rank)))][i];
-      if (shares[0] == 0.0F) {
-        codes.fill(0);
+      if (shares[0] == 0.0F || shares[0] == 1.0F) {
+        codes = {shares[0] == 1.0F ? 255 : 0, 0, 0, 0};
       } else {
         quantise_shares(shares, counting_.ranked, codes);
       }

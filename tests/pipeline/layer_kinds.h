@@ -42,6 +42,9 @@ inline std::vector<Case> cases() {
   const auto land_cover = [holes](std::int64_t x, std::int64_t y, int) {
     return holes(x, y) ? 0.0 : static_cast<double>(1 + (x / 7 + y / 9) % 5 + hash_noise(x, y, 0) % 3);
   };
+  const auto angle = [holes](std::int64_t x, std::int64_t y, int band) {
+    return holes(x, y) ? -32768.0 : static_cast<double>((x + y) % 20 + hash_noise(x, y, band) % 30) - 5.0;
+  };
   return {
       {"opaque_kaiser", {.width = 301, .height = 203}, ChannelType::kColor, "kaiser3", TexelFormat::kRgb8, noisy_code},
       {"opaque_box", {.width = 256, .height = 256}, ChannelType::kColor, "box", TexelFormat::kRgb8, noisy_code},
@@ -64,14 +67,6 @@ inline std::vector<Case> cases() {
        "kaiser3",
        TexelFormat::kRgb8,
        [](std::int64_t x, std::int64_t y, int) { return static_cast<double>(hash_noise(x, y, 0) % 65536); }},
-      {"land_cover", {.width = 301, .height = 203, .bands = 1, .nodata = 0.0}, ChannelType::kMaterial, "box", TexelFormat::kR8, land_cover},
-      {"land_cover_mixture",
-       {.width = 203, .height = 301, .bands = 1, .type = SampleType::kUint16},
-       ChannelType::kMaterial,
-       "box",
-       TexelFormat::kR16,
-       [](std::int64_t x, std::int64_t y, int) { return static_cast<double>((x / 17 + y / 13) % 3 == 0 ? hash_noise(x, y, 0) % 3000 : 7); },
-       {{"mixture", "4"}}},
       {"elevation",
        {.width = 301, .height = 203, .bands = 1, .type = SampleType::kInt16, .nodata = -32768.0},
        ChannelType::kElevation,
@@ -87,6 +82,20 @@ inline std::vector<Case> cases() {
        slopes,
        {{"moments", "lean"}}},
       {"normal_bc5", {.width = 130, .height = 203, .bands = 2}, ChannelType::kNormal, "box", TexelFormat::kBc5, noisy_code},
+      {"horizon",
+       {.width = 301, .height = 203, .bands = 2, .type = SampleType::kInt16, .nodata = -32768.0},
+       ChannelType::kHorizon,
+       "box",
+       TexelFormat::kRgba16,
+       angle,
+       {{"angles", "deg"}}},
+      {"horizon_bc5",
+       {.width = 130, .height = 203, .bands = 5, .type = SampleType::kInt16, .nodata = -32768.0},
+       ChannelType::kHorizon,
+       "box",
+       TexelFormat::kBc5,
+       angle,
+       {{"angles", "deg"}, {"span", "-10,60"}}},
       {"light_halves",
        {.width = 301, .height = 203, .bands = 4, .alpha = true},
        ChannelType::kIllumination,
@@ -101,6 +110,14 @@ inline std::vector<Case> cases() {
        [holes](std::int64_t x, std::int64_t y, int band) {
          return holes(x, y) ? std::nan("") : std::exp2(static_cast<double>(hash_noise(x, y, band) % 20000) / 1000.0 - 5.0);
        }},
+      {"land_cover", {.width = 301, .height = 203, .bands = 1, .nodata = 0.0}, ChannelType::kMaterial, "box", TexelFormat::kR8, land_cover},
+      {"land_cover_mixture",
+       {.width = 203, .height = 301, .bands = 1, .type = SampleType::kUint16},
+       ChannelType::kMaterial,
+       "box",
+       TexelFormat::kR16,
+       [](std::int64_t x, std::int64_t y, int) { return static_cast<double>((x / 17 + y / 13) % 3 == 0 ? hash_noise(x, y, 0) % 3000 : 7); },
+       {{"mixture", "4"}}},
   };
 }
 
