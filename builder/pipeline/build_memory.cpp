@@ -39,8 +39,9 @@ std::vector<pyramid::BlockLevel> widest_block(const LayerPlan& plan, const Tier&
   return block;
 }
 
-// Different classes in one texel that lies `depth` levels above the finest, on average over a row. There can be more, up to all classes of
-// the format, but land cover is not noise: of maps with 7 to 195 classes none has more than this many in a texel of 64 x 64.
+// Different classes in one texel that lies `depth` levels above the finest, on average over a row. Noise of many classes has more, up to
+// all of the format; of four land cover maps of 7 to 19 classes (Berlin, Zion, crops of Iowa at 3 m, Pennsylvania at 1 m) none had more
+// than 12 in a texel of 64 x 64, 14 in one of 256 x 256.
 std::size_t classes_per_texel(int depth) {
   constexpr std::size_t kClasses = 16;
   return depth < 2 ? std::size_t{1} << (2 * depth) : kClasses;
