@@ -36,18 +36,19 @@ Result<std::unique_ptr<const ChannelCodec>> make_codec(const ChannelSettings& se
       return make_color_codec(settings, layout);
     case ChannelType::kElevation:
       return make_elevation_codec(settings, layout);
+    case ChannelType::kSensor:
+      return make_sensor_codec(settings, layout);
     case ChannelType::kIllumination:
       return make_illumination_codec(settings, layout);
     case ChannelType::kNormal:
       return make_normal_codec(settings, layout);
     case ChannelType::kHorizon:
     case ChannelType::kMaterial:
-    case ChannelType::kSensor:
     case ChannelType::kMask:
       break;
   }
   return fail(ErrorCode::kUnsupported, "channel '" + std::string(channel_info(settings.channel).name) +
-                                           "' cannot be built yet; color, elevation, illumination and normal can");
+                                           "' cannot be built yet; color, elevation, illumination, normal and sensor can");
 }
 
 }  // namespace vt::channels
