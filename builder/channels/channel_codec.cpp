@@ -43,12 +43,13 @@ Result<std::unique_ptr<const ChannelCodec>> make_codec(const ChannelSettings& se
     case ChannelType::kNormal:
       return make_normal_codec(settings, layout);
     case ChannelType::kHorizon:
+      return make_horizon_codec(settings, layout);
     case ChannelType::kMaterial:
     case ChannelType::kMask:
       break;
   }
   return fail(ErrorCode::kUnsupported, "channel '" + std::string(channel_info(settings.channel).name) +
-                                           "' cannot be built yet; color, elevation, illumination, normal and sensor can");
+                                           "' cannot be built yet; color, normal, horizon, elevation, sensor and illumination can");
 }
 
 }  // namespace vt::channels

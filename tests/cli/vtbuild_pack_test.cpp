@@ -168,7 +168,7 @@ TEST_F(VtbuildPack, RemoveTakesPartsAndWhatTheyOwnAndSaysSo) {
   write_sample_store(folder_ / "s.vts");
   add_family(folder_ / "s.vts");
   const Outcome info = inspect({"info", "s.vts"});
-  EXPECT_THAT(info.out, AllOf(HasSubstr("r16, part of layer 0, complete"), HasSubstr("component 0: -100 + 0.5 * sample"),
+  EXPECT_THAT(info.out, AllOf(HasSubstr("r16, part of layer 0, complete"), HasSubstr("component 0 = -100 + 0.5 * sample"),
                               HasSubstr("code 0 is no data")));
   std::filesystem::copy_file(folder_ / "s.vts", folder_ / "copy.vts");
   EXPECT_EQ(inspect({"compare", "s.vts", "copy.vts", "--all", "--progress", "none"}).exit_code, 0);

@@ -39,6 +39,9 @@ inline std::vector<Case> cases() {
   const auto slopes = [holes](std::int64_t x, std::int64_t y, int band) {
     return holes(x, y) ? 0.0 : band == 2 ? 1.0 : (hash_noise(x, y, band) % 200) / 100.0 - 1.0;
   };
+  const auto angle = [holes](std::int64_t x, std::int64_t y, int band) {
+    return holes(x, y) ? -32768.0 : static_cast<double>((x + y) % 20 + hash_noise(x, y, band) % 30) - 5.0;
+  };
   return {
       {"opaque_kaiser", {.width = 301, .height = 203}, ChannelType::kColor, "kaiser3", TexelFormat::kRgb8, noisy_code},
       {"opaque_box", {.width = 256, .height = 256}, ChannelType::kColor, "box", TexelFormat::kRgb8, noisy_code},
@@ -76,6 +79,20 @@ inline std::vector<Case> cases() {
        slopes,
        {{"moments", "lean"}}},
       {"normal_bc5", {.width = 130, .height = 203, .bands = 2}, ChannelType::kNormal, "box", TexelFormat::kBc5, noisy_code},
+      {"horizon",
+       {.width = 301, .height = 203, .bands = 2, .type = SampleType::kInt16, .nodata = -32768.0},
+       ChannelType::kHorizon,
+       "box",
+       TexelFormat::kRgba16,
+       angle,
+       {{"angles", "deg"}}},
+      {"horizon_bc5",
+       {.width = 130, .height = 203, .bands = 5, .type = SampleType::kInt16, .nodata = -32768.0},
+       ChannelType::kHorizon,
+       "box",
+       TexelFormat::kBc5,
+       angle,
+       {{"angles", "deg"}, {"span", "-10,60"}}},
       {"kelvins",
        {.width = 203, .height = 97, .bands = 1, .type = SampleType::kFloat32},
        ChannelType::kSensor,
