@@ -19,6 +19,7 @@
 #include "builder/channels/number_code.h"
 #include "builder/channels/read_samples.h"
 #include "builder/channels/sensor_quantity.h"
+#include "builder/channels/thermal_codec.h"
 #include "builder/channels/unblocked_format.h"
 
 namespace vt::channels {
@@ -200,6 +201,9 @@ MadeCodec make_sensor_codec(const ChannelSettings& settings, const SampleLayout&
     return fail(ErrorCode::kUnsupported,
                 "a sensor layer has no black and white to be given as a range; say what samples are worth with "
                 "--input-scale and --input-offset");
+  if (settings.options.contains("basis")) return make_thermal_codec(settings, layout);
+  if (settings.options.contains("components"))
+    return fail(ErrorCode::kUsage, "option components: it is the number of curves of a thermal library; name that with --basis FILE");
   if (!is_known_format(settings.format))
     return fail(ErrorCode::kUnsupported, "a sensor layer cannot be stored as " + std::string(format_info(settings.format).name) +
                                              ", which is for colours; use r32f, r16f, r16 or bc4");

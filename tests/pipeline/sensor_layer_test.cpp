@@ -4,7 +4,9 @@
 #include <nlohmann/json.hpp>
 
 #include "builder/channels/planck.h"
+#include "builder/channels/thermal_basis.h"
 #include "store/texel_decoder.h"
+#include "tests/channels/thermal_fixture.h"
 #include "tests/pipeline/small_builds.h"
 
 namespace vt::pipeline {
@@ -152,6 +154,53 @@ TEST(SensorLayer, HolesAndDegenerateSizesBuild) {
       check(kelvins);
     }
   }
+}
+
+// Half of the area is class 3, the other half class 17, pixel by pixel: at the coarsest level their curves are mixed, at every hour.
+TEST(SensorLayer, AThermalBasisGivesTheMixturesTemperatureAtEveryHour) {
+  const test::TempFolder folder;
+  write_raster(folder / "classes.tif", {.width = 64, .height = 64, .bands = 1},
+               [](std::int64_t x, std::int64_t y, int) { return (x + y) % 2 == 0 ? 3.0 : 17.0; });
+  LayerRequest request = request_for({folder / "classes.tif"}, ChannelType::kSensor);
+  request.format = TexelFormat::kRgba16;
+  request.tile_texels = 16;
+  request.options = {{"basis", test::thermal_library_json()}, {"band", "8,12"}, {"components", "5"}};
+  build(folder / "a.vts", request);
+
+  const channels::BandRadiance band({{8.0, 1.0}, {12.0, 1.0}});
+  const channels::ThermalLibrary library = channels::parse_thermal_library(test::thermal_library_json(), &band).value();
+  auto reader = store::StoreReader::open(folder / "a.vts");
+  const LayerInfo* first = reader->find_layer("sensor");
+  const LayerInfo* fifth = reader->find_layer("sensor/c5");
+  ASSERT_NE(first, nullptr);
+  ASSERT_NE(fifth, nullptr);
+  EXPECT_TRUE(first->zero_is_nodata);
+  // All that a reader has: what is stored and the metadata.
+  const auto metadata = nlohmann::json::parse(first->metadata_json);
+  channels::ThermalBasis basis;
+  metadata.at("basis").at("hours").get_to(basis.hours);
+  metadata.at("basis").at("mean").get_to(basis.mean);
+  metadata.at("basis").at("curves").get_to(basis.curves);
+  const double error = metadata.at("basis").at("error").at("max");
+
+  const auto four = texel_at<std::uint16_t, 4>(tiles_of(folder / "a.vts", "sensor"), 4, Level{0}, 5, 5);
+  const auto one = texel_at<std::uint16_t, 1>(tiles_of(folder / "a.vts", "sensor/c5"), 4, Level{0}, 5, 5);
+  std::vector<double> c;
+  for (std::size_t k = 0; k < 4; ++k) c.push_back(first->components[k].offset + first->components[k].scale * four[k]);
+  c.push_back(fifth->components[0].offset + fifth->components[0].scale * one[0]);
+  for (std::size_t t = 0; t < library.hours.size(); ++t) {
+    const double wanted = band.temperature((library.classes[2].radiance[t] + library.classes[16].radiance[t]) / 2.0);
+    EXPECT_NEAR(band.temperature(channels::reconstruct(basis, c, library.hours[t])), wanted, error + 0.02) << library.hours[t] << " h";
+  }
+}
+
+TEST(SensorLayer, ClassesOfABasisAreNeverInterpolated) {
+  LayerRequest request = request_for({}, ChannelType::kSensor);
+  request.options = {{"basis", test::thermal_library_json()}, {"band", "8,12"}};
+  request.resample = resample::Method::kBilinear;
+  const auto plan = plan_layer(request, std::nullopt, std::size_t{8} << 20);
+  ASSERT_FALSE(plan.has_value());
+  EXPECT_NE(plan.error().message.find("they use nearest"), std::string::npos) << plan.error().message;
 }
 
 TEST(SensorLayer, RealThermalBandsKeepTheirMeanRadiance) {
