@@ -36,6 +36,8 @@ Result<std::unique_ptr<const ChannelCodec>> make_codec(const ChannelSettings& se
       return make_color_codec(settings, layout);
     case ChannelType::kElevation:
       return make_elevation_codec(settings, layout);
+    case ChannelType::kSensor:
+      return make_sensor_codec(settings, layout);
     case ChannelType::kIllumination:
       return make_illumination_codec(settings, layout);
     case ChannelType::kNormal:
@@ -43,12 +45,11 @@ Result<std::unique_ptr<const ChannelCodec>> make_codec(const ChannelSettings& se
     case ChannelType::kHorizon:
       return make_horizon_codec(settings, layout);
     case ChannelType::kMaterial:
-    case ChannelType::kSensor:
     case ChannelType::kMask:
       break;
   }
   return fail(ErrorCode::kUnsupported, "channel '" + std::string(channel_info(settings.channel).name) +
-                                           "' cannot be built yet; color, normal, horizon, elevation and illumination can");
+                                           "' cannot be built yet; color, normal, horizon, elevation, sensor and illumination can");
 }
 
 }  // namespace vt::channels
