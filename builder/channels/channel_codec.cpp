@@ -38,13 +38,14 @@ Result<std::unique_ptr<const ChannelCodec>> make_codec(const ChannelSettings& se
       return make_elevation_codec(settings, layout);
     case ChannelType::kMaterial:
       return make_material_codec(settings, layout);
+    case ChannelType::kSensor:
+      return make_sensor_codec(settings, layout);
     case ChannelType::kIllumination:
       return make_illumination_codec(settings, layout);
     case ChannelType::kNormal:
       return make_normal_codec(settings, layout);
     case ChannelType::kHorizon:
       return make_horizon_codec(settings, layout);
-    case ChannelType::kSensor:
     case ChannelType::kMask:
       break;
   }

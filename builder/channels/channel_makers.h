@@ -14,6 +14,7 @@ using MadeCodec = Result<std::unique_ptr<const ChannelCodec>>;
 [[nodiscard]] MadeCodec make_horizon_codec(const ChannelSettings& settings, const SampleLayout& layout);
 [[nodiscard]] MadeCodec make_elevation_codec(const ChannelSettings& settings, const SampleLayout& layout);
 [[nodiscard]] MadeCodec make_material_codec(const ChannelSettings& settings, const SampleLayout& layout);
+[[nodiscard]] MadeCodec make_sensor_codec(const ChannelSettings& settings, const SampleLayout& layout);
 [[nodiscard]] MadeCodec make_illumination_codec(const ChannelSettings& settings, const SampleLayout& layout);
 
 }  // namespace vt::channels

@@ -1,7 +1,7 @@
 #include <gtest/gtest.h>
 
 #include "builder/channels/channel_codec.h"
-#include "builder/encode/bc1_encoder.h"
+#include "builder/encode/block_encoder.h"
 #include "builder/pipeline/build_memory.h"
 #include "builder/pyramid/halving_kernel.h"
 #include "tests/pipeline/layer_kinds.h"
@@ -16,6 +16,7 @@ Tiles tiles_by_definition(const Case& c, const LayerPlan& plan) {
   const channels::ChannelCodec& codec = plan.sampler->codec();
   const LayerInfo& info = plan.info;
   const int planes = codec.planes();
+  const test::PlaneRules rules{{codec.rules().begin(), codec.rules().end()}, codec.weight_plane()};
   test::WholeImage image(info.data, planes);
   resample::BaseChunk chunk;
   EXPECT_TRUE(plan.sampler->load({0, 0, info.data.width, info.data.height}, chunk).has_value());
@@ -24,6 +25,7 @@ Tiles tiles_by_definition(const Case& c, const LayerPlan& plan) {
   for (int p = 0; p < planes; ++p) pointers[static_cast<std::size_t>(p)] = row[static_cast<std::size_t>(p)].data();
   for (std::int64_t y = 0; y < info.data.height; ++y) {
     chunk.decode_row(y, pointers);
+    codec.derive_row(info.data.width, pointers);
     for (std::int64_t x = 0; x < info.data.width; ++x)
       for (int p = 0; p < planes; ++p) image.at(x, y, p) = row[static_cast<std::size_t>(p)][static_cast<std::size_t>(x)];
   }
@@ -62,19 +64,19 @@ Tiles tiles_by_definition(const Case& c, const LayerPlan& plan) {
               codec.encode_row(0, rows, 1, out);
             }
             if (px != qx || py != qy) codec.mark_outside(0, out, 1);
-            has_data = has_data || image.get(px, py, planes - 1) > 0.0F;
+            has_data = has_data || image.get(px, py, codec.weight_plane()) > 0.0F;
           }
         if (!has_data) continue;
-        if (info.format == TexelFormat::kBc1) {
+        if (format_info(info.format).samples == SampleKind::kBlock) {
           std::vector<std::byte> blocks(info.tile_payload_bytes());
-          encode::encode_bc1_image(texels, static_cast<std::size_t>(edge), static_cast<std::size_t>(edge),
-                                   static_cast<std::size_t>(edge) * texel_bytes, texel_bytes, blocks);
+          encode::encode_blocks(info.format, texels, static_cast<std::size_t>(edge), static_cast<std::size_t>(edge),
+                                static_cast<std::size_t>(edge) * texel_bytes, encode::Quality::kNormal, blocks);
           texels = std::move(blocks);
         }
         tiles.emplace(id, std::move(texels));
       }
     if (level == 0) break;
-    image = test::halve_whole(image, plan.kernel);
+    image = test::halve_whole(image, plan.kernel, rules);
   }
   EXPECT_FALSE(c.name.empty());
   return tiles;
