@@ -1,5 +1,6 @@
 #include "builder/channels/channel_codec.h"
 
+#include <algorithm>
 #include <string>
 
 #include "builder/channels/channel_makers.h"
@@ -8,6 +9,11 @@
 namespace vt::channels {
 
 void ChannelCodec::derive_row(std::int64_t, const PlaneRow&) const {}
+
+bool ChannelCodec::has_data(std::size_t, const ConstPlaneRow& planes, std::int64_t count) const {
+  const float* const weights = planes[static_cast<std::size_t>(weight_plane())];
+  return std::any_of(weights, weights + count, [](float weight) { return weight > 0.0F; });
+}
 
 Result<int> bands_wanted(ChannelType channel, const Options&, int values) {
   switch (channel) {

@@ -98,8 +98,12 @@ class ChannelCodec {
   // The remaining planes of `count` texels of the finest level, from their source planes.
   virtual void derive_row(std::int64_t count, const PlaneRow& planes) const;
   // One quantisation: planes to texels of a part. The neighbours lend their values to texels that have none, so that a bilinear lookup at
-  // the edge does not bleed.
-  virtual void encode_row(std::size_t part, const RowNeighbourhood& rows, std::int64_t count, std::byte* out) const = 0;
+  // the edge does not bleed. kInvalidData: a value that the part's format and ranges cannot hold, which is never clamped silently; the
+  // message names the value and says what to set. Then `out` holds nothing of use.
+  [[nodiscard]] virtual Result<void> encode_row(std::size_t part, const RowNeighbourhood& rows, std::int64_t count,
+                                                std::byte* out) const = 0;
+  // Whether any of `count` texels has something to store in a part; tiles without are left out. Here: any weight above 0.
+  [[nodiscard]] virtual bool has_data(std::size_t part, const ConstPlaneRow& planes, std::int64_t count) const;
   // Texels outside the data rectangle, in a tile that also has data: turns a copy of the nearest data texel into what lies outside. `count`
   // texels of part(part).texel_format.
   virtual void mark_outside(std::size_t part, std::byte* texels, std::int64_t count) const = 0;

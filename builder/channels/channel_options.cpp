@@ -8,10 +8,19 @@ namespace vt::channels {
 namespace {
 
 // In the order of the channels' numbers.
-constexpr std::array<OptionInfo, 2> kOptions = {{
+constexpr std::array<OptionInfo, 5> kOptions = {{
     {ChannelType::kColor, "alpha", "straight|associated",
      "whether the input's colour is already multiplied by its coverage (default: straight)"},
     {ChannelType::kColor, "anti-ringing", "yes|no", "keep overshoot beside edges within the neighbouring texels (default: no)"},
+    {ChannelType::kElevation, "quantum", "METRES",
+     "step of the codes of r16, which hold --range (of 8 and 16 bit integers: all that the type can say) in 65535 of them (default: the "
+     "finest power of two that does)"},
+    {ChannelType::kElevation, "bounds", "yes|no",
+     "store the least and greatest height under every texel of coarser levels too, as NAME/bounds; twice the data of all levels but the "
+     "finest, for programs that displace or cull (default: no)"},
+    {ChannelType::kElevation, "fill", "METRES|none",
+     "height that is stored where there are no data; means of coarser levels leave it out, and the layer's settings record it (default: "
+     "none)"},
 }};
 
 std::string names_of(ChannelType channel) {

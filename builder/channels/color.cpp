@@ -49,7 +49,7 @@ class ColorCodec final : public ChannelCodec {
     return decode_any(samples, count, out);
   }
 
-  void encode_row(std::size_t, const RowNeighbourhood& rows, std::int64_t count, std::byte* out) const override {
+  Result<void> encode_row(std::size_t, const RowNeighbourhood& rows, std::int64_t count, std::byte* out) const override {
     auto* codes = reinterpret_cast<std::uint8_t*>(out);
     const bool has_alpha = stores_alpha_;
     const std::size_t step = has_alpha ? 4 : 3;
@@ -59,7 +59,7 @@ class ColorCodec final : public ChannelCodec {
     const float* const weight = rows.here[3];
     if (rows.opaque && !has_alpha) {
       rgb8_from_light(red, green, blue, static_cast<std::size_t>(count), table_, codes);
-      return;
+      return {};
     }
     for (std::int64_t i = 0; i < count; ++i, codes += step) {
       const float w = rows.opaque ? 1.0F : weight[i];
@@ -76,6 +76,7 @@ class ColorCodec final : public ChannelCodec {
       }
       if (has_alpha) codes[3] = alpha_code(w);
     }
+    return {};
   }
 
   void mark_outside(std::size_t, std::byte* texels, std::int64_t count) const override {

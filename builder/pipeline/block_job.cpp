@@ -1,6 +1,7 @@
 #include "builder/pipeline/block_job.h"
 
 #include <algorithm>
+#include <string>
 
 #include "builder/pipeline/block_quality.h"
 #include "builder/pyramid/plane_cascade.h"
@@ -47,8 +48,15 @@ class BlockJob::Output final : public pyramid::RowSink {
       if (part == 0 && k == 0 && has_base_texels_[static_cast<std::size_t>(y - base_core_.y)]) continue;
       encode::TileBand& band = band_of(k, part);
       if (band.is_empty()) continue;
-      band.add_row(y, rows);
+      status_ = band.add_row(y, rows);
+      if (!status_) {
+        const int level = band.level().value;
+        status_ = fail(status_.error().code, "layer '" + job_.plan_.parts[part].name + "', level " + std::to_string(level) + ", row " +
+                                                 std::to_string(y) + ": " + status_.error().message);
+        return;
+      }
       store_finished(band, part);
+      if (!status_) return;
     }
   }
 

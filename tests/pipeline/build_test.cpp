@@ -59,7 +59,7 @@ Tiles tiles_by_definition(const Case& c, const LayerPlan& plan) {
                     around[r][plane][static_cast<std::size_t>(i)] = image.get(qx + i - 1, qy + static_cast<int>(r) - 1, p);
                   (r == 0 ? rows.above : r == 1 ? rows.here : rows.below)[plane] = around[r][plane].data() + 1;
                 }
-              codec.encode_row(0, rows, 1, out);
+              EXPECT_TRUE(codec.encode_row(0, rows, 1, out).has_value());
             }
             if (px != qx || py != qy) codec.mark_outside(0, out, 1);
             has_data = has_data || image.get(px, py, planes - 1) > 0.0F;

@@ -17,6 +17,7 @@ struct Case {
   std::string kernel;
   std::optional<TexelFormat> format;
   std::function<double(std::int64_t, std::int64_t, int)> value;
+  channels::Options options = {};
 };
 
 inline double noisy_code(std::int64_t x, std::int64_t y, int band) {
@@ -62,6 +63,13 @@ inline std::vector<Case> cases() {
        "box",
        TexelFormat::kR32Float,
        height},
+      {"elevation_codes_bounds",
+       {.width = 301, .height = 203, .bands = 1, .type = SampleType::kInt16, .nodata = -32768.0},
+       ChannelType::kElevation,
+       "point",
+       TexelFormat::kR16,
+       height,
+       {{"bounds", "yes"}}},
   };
 }
 
@@ -69,6 +77,7 @@ inline LayerRequest request_of(const Case& c, const std::filesystem::path& input
   LayerRequest request = request_for({input}, c.channel);
   request.kernel = c.kernel;
   request.format = c.format;
+  request.options = c.options;
   return request;
 }
 
