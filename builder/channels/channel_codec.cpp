@@ -33,7 +33,11 @@ Result<int> bands_wanted(ChannelType channel, const Options&, int values) {
   return 1;
 }
 
-bool takes_coverage(ChannelType channel) { return channel == ChannelType::kColor || channel == ChannelType::kIllumination; }
+bool takes_coverage(ChannelType channel) {
+  return channel == ChannelType::kColor || channel == ChannelType::kIllumination || channel == ChannelType::kMask;
+}
+
+bool is_coverage_itself(ChannelType channel, int values) { return channel == ChannelType::kMask && values > 1; }
 
 Result<std::unique_ptr<const ChannelCodec>> make_codec(const ChannelSettings& settings, const SampleLayout& layout) {
   VT_CHECK(check_options(settings.channel, settings.options));
@@ -42,16 +46,17 @@ Result<std::unique_ptr<const ChannelCodec>> make_codec(const ChannelSettings& se
       return make_color_codec(settings, layout);
     case ChannelType::kElevation:
       return make_elevation_codec(settings, layout);
+    case ChannelType::kMask:
+      return make_mask_codec(settings, layout);
     case ChannelType::kNormal:
     case ChannelType::kHorizon:
     case ChannelType::kMaterial:
     case ChannelType::kSensor:
     case ChannelType::kIllumination:
-    case ChannelType::kMask:
       break;
   }
   return fail(ErrorCode::kUnsupported,
-              "channel '" + std::string(channel_info(settings.channel).name) + "' cannot be built yet; color and elevation can");
+              "channel '" + std::string(channel_info(settings.channel).name) + "' cannot be built yet; color, elevation and mask can");
 }
 
 }  // namespace vt::channels

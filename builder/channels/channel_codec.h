@@ -70,6 +70,7 @@ struct Part {
   std::array<ComponentRange, 4> ranges = {};      // likewise
   bool zero_is_nodata = false;                    // code 0 of the first component means no data
   bool starts_above_base = false;                 // nothing is stored at the finest level; readers fall back to the next coarser one
+  bool ends_at_base = false;                      // blocks write the finest level only; a pass after them makes the others
 };
 
 // One number that is reported of every level: how far what is stored lies from the unquantised planes, in the channel's own unit.
@@ -90,6 +91,10 @@ class ChannelCodec {
   [[nodiscard]] std::span<const PlaneRule> rules() const { return rules_; }
   [[nodiscard]] std::span<const Part> parts() const { return parts_; }
   [[nodiscard]] std::span<const Measure> measures() const { return measures_; }
+  // The coarser levels keep the share of the area whose value exceeds this, see builder/pipeline/coverage_pass.h.
+  [[nodiscard]] std::optional<double> kept_above() const { return kept_above_; }
+  // The surfaces through coarser levels are compared with the finest level, see builder/pipeline/surface_pass.h.
+  [[nodiscard]] bool measures_surface() const { return measures_surface_; }
   // A row of samples already is a row of texels of the first part, byte for byte: encode(decode(samples)) would give the same.
   [[nodiscard]] bool samples_are_texels() const { return samples_are_texels_; }
 
@@ -118,12 +123,16 @@ class ChannelCodec {
   std::vector<Part> parts_;
   std::vector<Measure> measures_;
   bool samples_are_texels_ = false;
+  std::optional<double> kept_above_;
+  bool measures_surface_ = false;
 };
 
 // Of a raster with `values` bands (coverage not counted), how many a channel reads when the user chooses none. Errors of options as there.
 [[nodiscard]] Result<int> bands_wanted(ChannelType channel, const Options& options, int values);
 // A declared coverage band is read along, as the last sample of a texel; otherwise it is ignored.
 [[nodiscard]] bool takes_coverage(ChannelType channel);
+// Of a raster with `values` bands beside a declared coverage band: that one is the channel's value when the user chooses none.
+[[nodiscard]] bool is_coverage_itself(ChannelType channel, int values);
 
 // kUnsupported when the channel cannot be made from such samples or stored in such a format; the message says why, and what can.
 [[nodiscard]] Result<std::unique_ptr<const ChannelCodec>> make_codec(const ChannelSettings& settings, const SampleLayout& layout);

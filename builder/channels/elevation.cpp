@@ -31,6 +31,7 @@ struct HeightChoices {
   TexelFormat format = TexelFormat::kR32Float;
   CodedHeights codes;         // of kR16
   bool with_bounds = false;   // the part "bounds"
+  bool with_surface = false;  // measured against the finest level
   std::optional<float> fill;  // stored instead of "no data"
 };
 
@@ -46,6 +47,7 @@ class ElevationCodec final : public ChannelCodec {
     }
     parts_.push_back(heights);
     measures_.push_back({.name = "height", .unit = "m"});
+    measures_surface_ = choices.with_surface;
     if (!choices.with_bounds) return;
     rules_.push_back(PlaneRule::kLeast);
     rules_.push_back(PlaneRule::kGreatest);
@@ -305,6 +307,7 @@ MadeCodec make_elevation_codec(const ChannelSettings& settings, const SampleLayo
     return fail(ErrorCode::kUsage, "a quantum or a range of heights is for layers stored as r16, this one is " +
                                        std::string(format_info(settings.format).name));
   }
+  VT_ASSIGN(choices.with_surface, flag_of(settings.options, "surface-error", false));
   VT_ASSIGN(choices.with_bounds, flag_of(settings.options, "bounds", false));
   constexpr std::array<std::string_view, 1> kNoFill{"none"};
   if (!choice_of(settings.options, "fill", "none", kNoFill)) {

@@ -193,10 +193,132 @@ TEST(ElevationLayer, FillIsStoredButPullsNoMeanDown) {
       for (std::int64_t x = 0; x < with.width(); ++x)
         ASSERT_EQ(with.at(x, y), without.is_void(x, y) ? -3.0 : without.at(x, y)) << "level " << level << ": " << x << "," << y;
   }
-  // The base is filled, so its bounds are too.
+  // The base is filled, so its bounds are too: the void at columns 38 to 56 and rows 13 to 25 is partly under texel 2, 0 of 16 x 16.
   const LevelValues bounds(*filled.reader, *filled.reader->find_layer("elevation/bounds"), Level{0});
-  EXPECT_EQ(bounds.at(0, 0, 0), -3.0);
+  EXPECT_EQ(bounds.at(2, 0, 0), -3.0);
+  EXPECT_GT(bounds.at(0, 0, 0), 0.0);
 }
+
+// max | z - bilinear(z_l) | over the finest texels, in the words of the definition.
+double surface_error(const LevelValues& base, const LevelValues& level, int steps, bool is_point) {
+  double worst = 0.0;
+  const double scale = std::exp2(-steps);
+  for (std::int64_t y = 0; y < base.height(); ++y)
+    for (std::int64_t x = 0; x < base.width(); ++x) {
+      const auto place = [&](std::int64_t texel, std::int64_t count) {
+        const double at = is_point ? static_cast<double>(texel) * scale : (static_cast<double>(texel) + 0.5) * scale - 0.5;
+        return std::clamp(at, 0.0, static_cast<double>(count - 1));
+      };
+      const double u = place(x, level.width());
+      const double v = place(y, level.height());
+      double surface = 0.0;
+      for (std::int64_t j = 0; j < level.height(); ++j) {
+        const double wy = 1.0 - std::abs(v - static_cast<double>(j));
+        if (wy <= 0.0) continue;
+        for (std::int64_t i = static_cast<std::int64_t>(u); i <= static_cast<std::int64_t>(u) + 1 && i < level.width(); ++i) {
+          const double wx = 1.0 - std::abs(u - static_cast<double>(i));
+          if (wx > 0.0) surface += wx * wy * level.at(i, j);
+        }
+      }
+      const double difference = std::abs(base.at(x, y) - surface);
+      if (!std::isnan(difference)) worst = std::max(worst, difference);
+    }
+  return worst;
+}
+
+TEST(ElevationLayer, TheSurfaceErrorOfEveryLevelIsTheLargestDifferenceFromTheFinest) {
+  for (const char* kernel : {"box", "point"})
+    for (const TexelFormat format : {TexelFormat::kR32Float, TexelFormat::kR16}) {
+      const Built b = built(spec_of(150, 101), holed_terrain, format, {{"surface-error", "yes"}}, kernel, 1);
+      ASSERT_TRUE(b.reader.has_value());
+      const LayerInfo& layer = *b.reader->find_layer("elevation");
+      const auto metadata = nlohmann::json::parse(layer.metadata_json);
+      const LevelValues base(*b.reader, layer, layer.finest);
+      int levels = 0;
+      for (const auto& measure : metadata["quality"]) {
+        if (measure["name"] != "surface") continue;
+        for (const auto& row : measure["levels"]) {
+          ++levels;
+          const int level = row["level"];
+          const LevelValues values(*b.reader, layer, Level{static_cast<std::uint8_t>(level)});
+          const double wanted = surface_error(base, values, layer.finest.value - level, std::string(kernel) == "point");
+          EXPECT_NEAR(row["max"].get<double>(), wanted, 1e-9)
+              << kernel << " level " << level << ": sums in another order, heights below 2^11";
+        }
+      }
+      EXPECT_EQ(levels, layer.finest.value) << "every level but the finest";
+    }
+}
+
+TEST(ElevationLayer, APlaneHasNoSurfaceErrorAwayFromItsEdge) {
+  // Bilinear surfaces through means of a plane are the plane; outside the outermost centres the surface goes on level.
+  const Built b = built(spec_of(128, 128),
+                        [](std::int64_t x, std::int64_t y, int) { return 3.0 * static_cast<double>(x) + 0.5 * static_cast<double>(y); },
+                        TexelFormat::kR32Float, {{"surface-error", "yes"}});
+  ASSERT_TRUE(b.reader.has_value());
+  const auto metadata = nlohmann::json::parse(b.reader->find_layer("elevation")->metadata_json);
+  for (const auto& measure : metadata["quality"]) {
+    if (measure["name"] != "surface") continue;
+    for (const auto& row : measure["levels"]) {
+      const double texel = std::exp2(2 - row["level"].get<int>());
+      EXPECT_EQ(row["max"].get<double>(), 3.5 * 0.5 * (texel - 1.0)) << "half a texel less half a finest one, at the corner";
+    }
+  }
+}
+
+class RealTerrain : public ::testing::TestWithParam<const char*> {};
+
+TEST_P(RealTerrain, KeepsItsMeanAndItsVoids) {
+  const std::filesystem::path input = std::filesystem::path(VT_TEST_DATA) / "elevation" / GetParam();
+  if (!std::filesystem::exists(input)) GTEST_SKIP() << input << " is not there";
+  const test::TempFolder folder;
+  LayerRequest request = request_for({input}, ChannelType::kElevation);
+  request.options = {{"bounds", "yes"}, {"surface-error", "yes"}};
+  build(folder / "a.vts", request);
+  auto reader = store::StoreReader::open(folder / "a.vts");
+  ASSERT_TRUE(reader.has_value());
+  const LayerInfo& layer = *reader->find_layer("elevation");
+  const LevelValues base(*reader, layer, layer.finest);
+  // For every level: its mean, weighed by how many finest texels with data each texel stands for, is the mean of the finest.
+  double finest_sum = 0.0;
+  double finest_count = 0.0;
+  for (std::int64_t y = 0; y < base.height(); ++y)
+    for (std::int64_t x = 0; x < base.width(); ++x)
+      if (!base.is_void(x, y)) {
+        finest_sum += base.at(x, y);
+        finest_count += 1.0;
+      }
+  ASSERT_GT(finest_count, 0.0);
+  for (int steps = 1; steps <= layer.finest.value; ++steps) {
+    const Level level{static_cast<std::uint8_t>(layer.finest.value - steps)};
+    const LevelValues values(*reader, layer, level);
+    const LevelValues bounds(*reader, *reader->find_layer("elevation/bounds"), level);
+    double sum = 0.0;
+    for (std::int64_t y = 0; y < values.height(); ++y)
+      for (std::int64_t x = 0; x < values.width(); ++x) {
+        double count = 0.0;
+        double least = 1e9;
+        double greatest = -1e9;
+        for (std::int64_t v = y << steps; v < std::min((y + 1) << steps, base.height()); ++v)
+          for (std::int64_t u = x << steps; u < std::min((x + 1) << steps, base.width()); ++u)
+            if (!base.is_void(u, v)) {
+              count += 1.0;
+              least = std::min(least, base.at(u, v));
+              greatest = std::max(greatest, base.at(u, v));
+            }
+        ASSERT_EQ(values.is_void(x, y), count == 0.0) << "level " << int{level.value} << ": " << x << "," << y;
+        if (count == 0.0) continue;
+        sum += count * values.at(x, y);
+        ASSERT_EQ(bounds.at(x, y, 0), least);
+        ASSERT_EQ(bounds.at(x, y, 1), greatest);
+      }
+    // One rounding of floats a level, in sums of heights below 2^13: 2^-11 m of each texel at most, and not all one way.
+    EXPECT_NEAR(sum / finest_count, finest_sum / finest_count, 0x1p-11 * steps) << "level " << int{level.value};
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Files, RealTerrain,
+                         ::testing::Values("swellendam_srtm_41_19_4326.tif", "everest_srtm_90m.tif", "mt_hood_lf_elev_220_utm.tif"));
 
 }  // namespace
 }  // namespace vt::pipeline

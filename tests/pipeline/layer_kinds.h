@@ -69,7 +69,22 @@ inline std::vector<Case> cases() {
        "point",
        TexelFormat::kR16,
        height,
-       {{"bounds", "yes"}}},
+       {{"bounds", "yes"}, {"surface-error", "yes"}}},
+      {"mask", {.width = 301, .height = 203, .bands = 1}, ChannelType::kMask, "box", TexelFormat::kR8, noisy_code},
+      {"mask_alpha_test_bc4",
+       {.width = 301, .height = 203, .bands = 1},
+       ChannelType::kMask,
+       "box",
+       TexelFormat::kBc4,
+       noisy_code,
+       {{"alpha-coverage", "0.5"}}},
+      {"color_associated_linear",
+       {.width = 301, .height = 203, .bands = 4, .alpha = true},
+       ChannelType::kColor,
+       "kaiser5",
+       TexelFormat::kRgba8,
+       translucent,
+       {{"alpha", "associated"}, {"transfer", "linear"}, {"anti-ringing", "yes"}}},
   };
 }
 
