@@ -1,15 +1,30 @@
 #include "runtime/gl12_backend.h"
 
-#include <cassert>
+#include "runtime/texel_conversion.h"
 
 namespace vt::runtime {
 
 using namespace gl12;
 
-GlPixelFormat plain_pixel_format(TexelFormat format) {
-  if (format == TexelFormat::kRgb8) return {.internal = GL_RGB8, .format = GL_RGB, .type = GL_UNSIGNED_BYTE};
-  assert(format == TexelFormat::kRgba8);
-  return {.internal = GL_RGBA8, .format = GL_RGBA, .type = GL_UNSIGNED_BYTE};
+std::optional<GlPixelFormat> plain_pixel_format(TexelFormat format) {
+  switch (format) {
+    case TexelFormat::kRgb8:
+      return GlPixelFormat{.internal = GL_RGB8, .format = GL_RGB, .type = GL_UNSIGNED_BYTE};
+    case TexelFormat::kRgba8:
+      return GlPixelFormat{.internal = GL_RGBA8, .format = GL_RGBA, .type = GL_UNSIGNED_BYTE};
+    case TexelFormat::kR8:
+      return GlPixelFormat{.internal = GL_LUMINANCE8, .format = GL_LUMINANCE, .type = GL_UNSIGNED_BYTE};
+    case TexelFormat::kRg8:
+      return GlPixelFormat{.internal = GL_LUMINANCE8_ALPHA8, .format = GL_LUMINANCE_ALPHA, .type = GL_UNSIGNED_BYTE};
+    case TexelFormat::kR16:
+      return GlPixelFormat{.internal = GL_LUMINANCE16, .format = GL_LUMINANCE, .type = GL_UNSIGNED_SHORT};
+    case TexelFormat::kRg16:
+      return GlPixelFormat{.internal = GL_LUMINANCE16_ALPHA16, .format = GL_LUMINANCE_ALPHA, .type = GL_UNSIGNED_SHORT};
+    case TexelFormat::kRgba16:
+      return GlPixelFormat{.internal = GL_RGBA16, .format = GL_RGBA, .type = GL_UNSIGNED_SHORT};
+    default:
+      return std::nullopt;
+  }
 }
 
 Result<void> Gl12Backend::load(const GlHost& host, GlTextures& textures) {
@@ -32,24 +47,16 @@ Result<void> Gl12Backend::load(const GlHost& host, GlTextures& textures) {
 }
 
 Result<Gl12Backend::Upload> Gl12Backend::upload_for(TexelFormat layer_format, bool must_be_plain) const {
-  switch (layer_format) {
-    case TexelFormat::kRgb8:
-    case TexelFormat::kRgba8:
-      return Upload{layer_format, plain_pixel_format(layer_format)};
-    case TexelFormat::kBc1:
-      if (compressed_ && !must_be_plain)
-        return Upload{layer_format, {.internal = GL_COMPRESSED_RGB_S3TC_DXT1_EXT, .format = 0, .type = 0, .compressed = true}};
-      return Upload{TexelFormat::kRgba8, plain_pixel_format(TexelFormat::kRgba8)};
-    case TexelFormat::kR32Float:
-    case TexelFormat::kRg32Float:
-    case TexelFormat::kRgba32Float:
-      break;
-    case TexelFormat::kHash128:
-    case TexelFormat::kBlob:
-      return fail(ErrorCode::kUnsupported, std::string(format_info(layer_format).name) + " layers hold no texture");
-    default:
-      break;
+  if (format_info(layer_format).samples == SampleKind::kOpaque)
+    return fail(ErrorCode::kUnsupported, std::string(format_info(layer_format).name) + " layers hold no texture");
+  if (compressed_ && !must_be_plain) {
+    if (layer_format == TexelFormat::kBc1)
+      return Upload{layer_format, {.internal = GL_COMPRESSED_RGB_S3TC_DXT1_EXT, .format = 0, .type = 0, .compressed = true}};
+    if (layer_format == TexelFormat::kBc3)
+      return Upload{layer_format, {.internal = GL_COMPRESSED_RGBA_S3TC_DXT5_EXT, .format = 0, .type = 0, .compressed = true}};
   }
+  const TexelFormat plain = decoded_format(layer_format);
+  if (const auto pixel = plain_pixel_format(plain)) return Upload{plain, *pixel};
   return fail(ErrorCode::kUnsupported,
               std::string(format_info(layer_format).name) + " textures do not exist in OpenGL 1.2; use the shader path");
 }

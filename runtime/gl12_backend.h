@@ -2,6 +2,8 @@
 // This file and its .cpp see no newer name, as gl12_table.h has none. GL thread, the context current.
 #pragma once
 
+#include <optional>
+
 #include "runtime/gl_textures.h"
 #include "runtime/paging.h"
 
@@ -10,7 +12,8 @@ namespace vt::runtime {
 class Gl12Backend {
  public:
   [[nodiscard]] Result<void> load(const GlHost& host, GlTextures& textures);
-  // What the loader shall deliver for a layer's format, and how GL takes it. kUnsupported for float formats.
+  // What the loader shall deliver for a layer's format, and how GL takes it. One channel becomes luminance, two luminance and alpha. Blocks
+  // that the card does not take are decoded. kUnsupported for numbers beyond 0 to 1, which OpenGL 1.2 has no textures for.
   struct Upload {
     TexelFormat format = TexelFormat::kRgb8;
     GlPixelFormat pixel;
@@ -23,7 +26,7 @@ class Gl12Backend {
   bool compressed_ = false;
 };
 
-// The formats that need nothing beyond OpenGL 1.2.
-[[nodiscard]] GlPixelFormat plain_pixel_format(TexelFormat format);
+// The formats that need nothing beyond OpenGL 1.2; nothing for others.
+[[nodiscard]] std::optional<GlPixelFormat> plain_pixel_format(TexelFormat format);
 
 }  // namespace vt::runtime

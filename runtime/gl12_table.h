@@ -64,7 +64,16 @@ inline constexpr GLenum GL_UNPACK_SWAP_BYTES = 0x0CF0;
 inline constexpr GLenum GL_UNPACK_LSB_FIRST = 0x0CF1;
 inline constexpr GLenum GL_MATRIX_MODE = 0x0BA0;
 inline constexpr GLenum GL_TEXTURE = 0x1702;
+inline constexpr GLenum GL_LUMINANCE = 0x1909;
+inline constexpr GLenum GL_LUMINANCE_ALPHA = 0x190A;
+inline constexpr GLenum GL_LUMINANCE8 = 0x8040;
+inline constexpr GLenum GL_LUMINANCE8_ALPHA8 = 0x8045;
+inline constexpr GLenum GL_LUMINANCE16 = 0x8042;
+inline constexpr GLenum GL_LUMINANCE16_ALPHA16 = 0x8048;
+inline constexpr GLenum GL_RGBA16 = 0x805B;
+inline constexpr GLenum GL_UNSIGNED_SHORT = 0x1403;
 inline constexpr GLenum GL_COMPRESSED_RGB_S3TC_DXT1_EXT = 0x83F0;
+inline constexpr GLenum GL_COMPRESSED_RGBA_S3TC_DXT5_EXT = 0x83F3;
 
 struct TextureFunctions {
   void (VT_GL_CALL* BindTexture)(GLenum target, GLuint texture) = nullptr;

@@ -1,6 +1,65 @@
 #include "runtime/glsl_backend.h"
 
+#include "runtime/texel_conversion.h"
+
 namespace vt::runtime {
+namespace {
+
+// How OpenGL 3.0 and the extensions for blocks take a format.
+GlPixelFormat shader_pixel_format(TexelFormat format) {
+  using namespace gl12;
+  using namespace glsl;
+  const auto plain = [](unsigned internal, unsigned channels, unsigned type) {
+    return GlPixelFormat{.internal = internal, .format = channels, .type = type};
+  };
+  const auto blocks = [](unsigned internal) { return GlPixelFormat{.internal = internal, .compressed = true}; };
+  switch (format) {
+    case TexelFormat::kRgb8:
+    case TexelFormat::kRgba8:
+    case TexelFormat::kRgba16:
+      return *plain_pixel_format(format);
+    case TexelFormat::kR8:
+      return plain(GL_R8, gl12::GL_RED, GL_UNSIGNED_BYTE);
+    case TexelFormat::kRg8:
+      return plain(GL_RG8, GL_RG, GL_UNSIGNED_BYTE);
+    case TexelFormat::kR16:
+      return plain(GL_R16, gl12::GL_RED, GL_UNSIGNED_SHORT);
+    case TexelFormat::kRg16:
+      return plain(GL_RG16, GL_RG, GL_UNSIGNED_SHORT);
+    case TexelFormat::kR16Float:
+      return plain(GL_R16F, gl12::GL_RED, GL_HALF_FLOAT);
+    case TexelFormat::kRg16Float:
+      return plain(GL_RG16F, GL_RG, GL_HALF_FLOAT);
+    case TexelFormat::kRgba16Float:
+      return plain(GL_RGBA16F, gl12::GL_RGBA, GL_HALF_FLOAT);
+    case TexelFormat::kR32Float:
+      return plain(GL_R32F, gl12::GL_RED, gl12::GL_FLOAT);
+    case TexelFormat::kRg32Float:
+      return plain(GL_RG32F, GL_RG, gl12::GL_FLOAT);
+    case TexelFormat::kRgba32Float:
+      return plain(GL_RGBA32F, gl12::GL_RGBA, gl12::GL_FLOAT);
+    case TexelFormat::kRgb9e5:
+      return plain(GL_RGB9_E5, gl12::GL_RGB, GL_UNSIGNED_INT_5_9_9_9_REV);
+    case TexelFormat::kBc1:
+      return blocks(GL_COMPRESSED_RGB_S3TC_DXT1_EXT);
+    case TexelFormat::kBc3:
+      return blocks(GL_COMPRESSED_RGBA_S3TC_DXT5_EXT);
+    case TexelFormat::kBc4:
+      return blocks(GL_COMPRESSED_RED_RGTC1);
+    case TexelFormat::kBc5:
+      return blocks(GL_COMPRESSED_RG_RGTC2);
+    case TexelFormat::kBc6h:
+      return blocks(GL_COMPRESSED_RGB_BPTC_UNSIGNED_FLOAT_ARB);
+    case TexelFormat::kBc7:
+      return blocks(GL_COMPRESSED_RGBA_BPTC_UNORM_ARB);
+    case TexelFormat::kHash128:
+    case TexelFormat::kBlob:
+      break;
+  }
+  return {};
+}
+
+}  // namespace
 
 std::string glsl_function_text(std::string_view name, int stages) {
   const std::string n(name);
@@ -41,57 +100,62 @@ Result<void> GlslBackend::load(const GlHost& host, GlTextures& textures) {
   textures.set_unpack_buffer(
       {.bind = gl_.BindBuffer, .target = glsl::GL_PIXEL_UNPACK_BUFFER, .binding = glsl::GL_PIXEL_UNPACK_BUFFER_BINDING});
 
-  bool s3tc = false;
-  if (number >= 300) {
-    glsl::StringFunctions strings;
-    if (strings.load(host.getproc, host.user) == nullptr) {
-      glsl::GLint count = 0;
-      gl_.GetIntegerv(glsl::GL_NUM_EXTENSIONS, &count);
-      for (glsl::GLint i = 0; i < count && !s3tc; ++i) {
-        const auto* extension = reinterpret_cast<const char*>(strings.GetStringi(glsl::GL_EXTENSIONS, static_cast<glsl::GLuint>(i)));
-        s3tc = extension != nullptr && std::string_view(extension) == "GL_EXT_texture_compression_s3tc";
-      }
-    }
-  } else if (const auto* extensions = reinterpret_cast<const char*>(textures.gl().GetString(gl12::GL_EXTENSIONS))) {
-    s3tc = has_word(extensions, "GL_EXT_texture_compression_s3tc");
-  }
-  floats_ = number >= 300;
-  compressed_ = false;
-  if (s3tc && host.allow_extensions) {
-    glsl::CompressionFunctions core;
-    compressed_ = core.load(host.getproc, host.user) == nullptr;
-    if (compressed_)
-      textures.set_compression(
-          {.CompressedTexImage2DARB = core.CompressedTexImage2D, .CompressedTexSubImage2DARB = core.CompressedTexSubImage2D});
-  }
+  version_ = number;
+  s3tc_ = rgtc_ = bptc_ = false;
+  strings_ = {};
+  if (number >= 300 && strings_.load(host.getproc, host.user) != nullptr) strings_ = {};
+  glsl::CompressionFunctions core;
+  if (!host.allow_extensions || core.load(host.getproc, host.user) != nullptr) return {};
+  textures.set_compression(
+      {.CompressedTexImage2DARB = core.CompressedTexImage2D, .CompressedTexSubImage2DARB = core.CompressedTexSubImage2D});
+  rgtc_ = number >= 300;
+  s3tc_ = has_extension("GL_EXT_texture_compression_s3tc", textures);
+  bptc_ = number >= 402 || has_extension("GL_ARB_texture_compression_bptc", textures);
   return {};
 }
 
-Result<Gl12Backend::Upload> GlslBackend::upload_for(TexelFormat layer_format, bool must_be_plain) const {
-  using Upload = Gl12Backend::Upload;
-  if (!floats_ && format_info(layer_format).samples == SampleKind::kFloat)
-    return fail(ErrorCode::kUnsupported, std::string(format_info(layer_format).name) + " textures need OpenGL 3.0");
-  switch (layer_format) {
-    case TexelFormat::kRgb8:
-    case TexelFormat::kRgba8:
-      return Upload{layer_format, plain_pixel_format(layer_format)};
-    case TexelFormat::kBc1:
-      if (compressed_ && !must_be_plain)
-        return Upload{layer_format, {.internal = gl12::GL_COMPRESSED_RGB_S3TC_DXT1_EXT, .format = 0, .type = 0, .compressed = true}};
-      return Upload{TexelFormat::kRgba8, plain_pixel_format(TexelFormat::kRgba8)};
-    case TexelFormat::kR32Float:
-      return Upload{layer_format, {.internal = glsl::GL_R32F, .format = gl12::GL_RED, .type = gl12::GL_FLOAT}};
-    case TexelFormat::kRg32Float:
-      return Upload{layer_format, {.internal = glsl::GL_RG32F, .format = glsl::GL_RG, .type = gl12::GL_FLOAT}};
-    case TexelFormat::kRgba32Float:
-      return Upload{layer_format, {.internal = glsl::GL_RGBA32F, .format = gl12::GL_RGBA, .type = gl12::GL_FLOAT}};
-    case TexelFormat::kHash128:
-    case TexelFormat::kBlob:
-      return fail(ErrorCode::kUnsupported, std::string(format_info(layer_format).name) + " layers hold no texture");
-    default:
-      break;
+bool GlslBackend::has_extension(const char* name, const GlTextures& textures) const {
+  if (version_ < 300) {
+    const auto* all = reinterpret_cast<const char*>(textures.gl().GetString(gl12::GL_EXTENSIONS));
+    return all != nullptr && has_word(all, name);
   }
-  return fail(ErrorCode::kUnsupported, std::string(format_info(layer_format).name) + " textures are not drawn by the shader path");
+  if (strings_.GetStringi == nullptr) return false;
+  glsl::GLint count = 0;
+  gl_.GetIntegerv(glsl::GL_NUM_EXTENSIONS, &count);
+  for (glsl::GLint i = 0; i < count; ++i) {
+    const auto* extension = reinterpret_cast<const char*>(strings_.GetStringi(glsl::GL_EXTENSIONS, static_cast<glsl::GLuint>(i)));
+    if (extension != nullptr && std::string_view(extension) == name) return true;
+  }
+  return false;
+}
+
+bool GlslBackend::takes_blocks(TexelFormat format) const {
+  switch (format) {
+    case TexelFormat::kBc1:
+    case TexelFormat::kBc3:
+      return s3tc_;
+    case TexelFormat::kBc4:
+    case TexelFormat::kBc5:
+      return rgtc_;
+    case TexelFormat::kBc6h:
+    case TexelFormat::kBc7:
+      return bptc_;
+    default:
+      return false;
+  }
+}
+
+Result<Gl12Backend::Upload> GlslBackend::upload_for(TexelFormat layer_format, bool must_be_plain) const {
+  const std::string name(format_info(layer_format).name);
+  if (format_info(layer_format).samples == SampleKind::kOpaque) return fail(ErrorCode::kUnsupported, name + " layers hold no texture");
+  const bool is_block = takes_blocks(layer_format) && !must_be_plain;
+  const TexelFormat format = is_block ? layer_format : decoded_format(layer_format);
+  // Before 3.0 there is only what the fixed path has, of which two channels would be red and alpha.
+  const bool is_old = format == TexelFormat::kRgb8 || format == TexelFormat::kRgba8 || format == TexelFormat::kRgba16;
+  const bool is_luminance = format == TexelFormat::kR8 || format == TexelFormat::kR16;
+  if (is_old || (version_ < 300 && is_luminance)) return Gl12Backend::Upload{format, *plain_pixel_format(format)};
+  if (version_ < 300 && !is_block) return fail(ErrorCode::kUnsupported, name + " textures need OpenGL 3.0");
+  return Gl12Backend::Upload{format, shader_pixel_format(format)};
 }
 
 Result<ShaderBinding> GlslBackend::binding(unsigned program, std::string_view name, int first_unit, int stages) const {

@@ -17,6 +17,7 @@ namespace vt::runtime {
 class GlslBackend {
  public:
   [[nodiscard]] Result<void> load(const GlHost& host, GlTextures& textures);
+  // As Gl12Backend's, but channels keep their names (one is red, two are red and green), and every format has a texture from OpenGL 3.0 on.
   [[nodiscard]] Result<Gl12Backend::Upload> upload_for(TexelFormat layer_format, bool must_be_plain) const;
   // Finds the uniforms, points the samplers at their units. kUsage when the program has not the function's uniforms.
   [[nodiscard]] Result<ShaderBinding> binding(unsigned program, std::string_view name, int first_unit, int stages) const;
@@ -27,8 +28,15 @@ class GlslBackend {
 
  private:
   glsl::ShaderFunctions gl_;
-  bool compressed_ = false;
-  bool floats_ = false;
+  glsl::StringFunctions strings_;  // from 3.0 on
+  [[nodiscard]] bool takes_blocks(TexelFormat format) const;
+  [[nodiscard]] bool has_extension(const char* name, const GlTextures& textures) const;
+
+  int version_ = 0;  // of OpenGL, major * 100 + minor
+  // Which blocks the card takes.
+  bool s3tc_ = false;
+  bool rgtc_ = false;
+  bool bptc_ = false;
 };
 
 }  // namespace vt::runtime

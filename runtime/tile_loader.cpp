@@ -5,7 +5,7 @@
 #include <cassert>
 #include <exception>
 
-#include "store/bc1.h"
+#include "runtime/texel_conversion.h"
 
 namespace vt::runtime {
 namespace {
@@ -34,8 +34,7 @@ std::size_t tile_bytes(const FormatInfo& format, int tile_exponent, int mips) { 
 TileLoader::TileLoader(std::shared_ptr<TileSource> source, TexelConversion conversion, int largest_exponent, int most_mips,
                        int staging_tiles, std::size_t most_requests)
     : source_(std::move(source)), conversion_(conversion) {
-  assert(conversion_.source == conversion_.target ||
-         (conversion_.source == TexelFormat::kBc1 && conversion_.target == TexelFormat::kRgba8));
+  assert(conversion_.source == conversion_.target || conversion_.target == decoded_format(conversion_.source));
   const int count = std::max(staging_tiles, 1);
   for (int i = 0; i < count; ++i) {
     images_.push_back(std::make_unique<TileImage>());
@@ -165,7 +164,7 @@ Result<bool> TileLoader::load(const TileRequest& request, TileImage& image) {
       const std::span<std::byte> blocks =
           std::span(scratch_).first(payload_bytes(source, static_cast<std::size_t>(edge), static_cast<std::size_t>(edge)));
       VT_CHECK(source_->read(level, rect, blocks));
-      store::decode_bc1_image(blocks, static_cast<std::size_t>(edge), static_cast<std::size_t>(edge), out);
+      decode_blocks(conversion_.source, blocks, static_cast<std::size_t>(edge), static_cast<std::size_t>(edge), out);
     }
     if (conversion_.tint_levels) tint(request, out);
   }

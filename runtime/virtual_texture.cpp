@@ -13,6 +13,7 @@
 #include "runtime/residency.h"
 #include "runtime/selection.h"
 #include "runtime/sub_load.h"
+#include "runtime/texel_conversion.h"
 #include "runtime/tile_loader.h"
 
 namespace vt::runtime {
@@ -32,9 +33,7 @@ std::uint64_t bytes_of(const VtLayout& layout, TexelFormat format) {
   return bytes;
 }
 
-TexelFormat format_in_memory(TexelFormat format, bool decoded) {
-  return decoded && format == TexelFormat::kBc1 ? TexelFormat::kRgba8 : format;
-}
+TexelFormat format_in_memory(TexelFormat format, bool decoded) { return decoded ? decoded_format(format) : format; }
 
 }  // namespace
 

@@ -52,7 +52,7 @@ struct GlHost {
   GetProc getproc = nullptr;
   void* user = nullptr;
   Path path = Path::kFixedFunction;
-  // false: the fixed-function path uses no extension at all; block-compressed layers are then decoded on the loader thread.
+  // false: no extension is used, and no compressed texture either; block-compressed layers are then decoded on the loader thread.
   bool allow_extensions = true;
 };
 

@@ -8,7 +8,7 @@ namespace {
 constexpr std::array<ChannelInfo, 8> kChannels = {{
     {ChannelType::kColor, "color", "", TexelFormat::kRgb8, "weighted mean in linear light, coverage-weighted"},
     {ChannelType::kNormal, "normal", "", TexelFormat::kRgb8, "mean of unit vectors, length kept"},
-    {ChannelType::kHorizon, "horizon", "rad", TexelFormat::kRgba8, "mean and variance of angles within one azimuth"},
+    {ChannelType::kHorizon, "horizon", "rad", TexelFormat::kRgba16, "mean and variance of angles within one azimuth"},
     {ChannelType::kElevation, "elevation", "m", TexelFormat::kR32Float, "mean over valid samples"},
     {ChannelType::kMaterial, "material", "", TexelFormat::kR32Float, "counts per class, majority at the end"},
     {ChannelType::kSensor, "sensor", "W/(m2 sr)", TexelFormat::kR32Float, "mean of in-band radiance"},

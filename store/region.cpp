@@ -9,8 +9,11 @@
 #include <string>
 #include <vector>
 
+#include "store/bc6h.h"
+#include "store/bc7.h"
 #include "store/bytes.h"
 #include "store/half.h"
+#include "store/solid_block.h"
 #include "store/tile_text.h"
 
 namespace vt::store {
@@ -114,6 +117,31 @@ void enlarge_block(IndexedBlock block, const std::byte* coarse, std::int64_t x, 
   put<std::uint64_t>({fine, 8}, 0, fine_bits);
 }
 
+// The blocks of BC7 and BC6H tell too little by their indices: several subsets, whose shapes cannot be enlarged. From 4 times on a fine
+// block lies inside one coarse texel and is that texel, exactly. Enlarged twice it covers 2 x 2 texels, and is their mean.
+template <class Texels, class Mean>
+auto texel_under(const Texels& coarse, std::int64_t x, std::int64_t y, int steps, const Mean& mean) {
+  const auto at = [&](std::int64_t column, std::int64_t row) { return coarse[static_cast<std::size_t>(row * 4 + column)]; };
+  const std::int64_t first_x = ((x * 4) >> steps) & 3;
+  const std::int64_t first_y = ((y * 4) >> steps) & 3;
+  auto texel = at(first_x, first_y);
+  if (steps > 1) return texel;
+  for (std::size_t c = 0; c < texel.size(); ++c)
+    texel[c] = mean(at(first_x, first_y)[c], at(first_x + 1, first_y)[c], at(first_x, first_y + 1)[c], at(first_x + 1, first_y + 1)[c]);
+  return texel;
+}
+std::array<std::byte, 16> enlarge_bptc(TexelFormat format, std::span<const std::byte, 16> coarse, std::int64_t x, std::int64_t y,
+                                       int steps) {
+  if (format == TexelFormat::kBc7) {
+    const auto mean = [](unsigned a, unsigned b, unsigned c, unsigned d) { return static_cast<std::uint8_t>((a + b + c + d + 2) / 4); };
+    return solid_bc7_block(texel_under(decode_bc7_block(coarse), x, y, steps, mean));
+  }
+  const auto mean = [](std::uint16_t a, std::uint16_t b, std::uint16_t c, std::uint16_t d) {
+    return half_from_float((float_from_half(a) + float_from_half(b) + float_from_half(c) + float_from_half(d)) / 4.0F);
+  };
+  return solid_bc6h_block(texel_under(decode_bc6h_block(coarse), x, y, steps, mean));
+}
+
 // Replicates one row of an ancestor's texels. `Bytes` is a constant so that each copy is one move.
 template <std::size_t Bytes>
 void enlarge_row(const std::byte* coarse_row, std::int64_t coarse_first, std::int64_t x, std::int64_t width, int steps, std::byte* out) {
@@ -134,6 +162,11 @@ void enlarge(const Canvas& canvas, const BlockRect& rect, const FormatInfo& form
     if (format.block_edge > 1) {
       for (std::int64_t x = rect.x; x < rect.x + rect.width; ++x) {
         const std::byte* coarse = row + static_cast<std::size_t>((x >> steps) - first_x) * format.block_bytes;
+        if (indexed_blocks(format.format).empty()) {
+          const auto block = enlarge_bptc(format.format, std::span<const std::byte, 16>(coarse, 16), x, y, steps);
+          out = std::copy(block.begin(), block.end(), out);
+          continue;
+        }
         for (const IndexedBlock block : indexed_blocks(format.format)) {
           enlarge_block(block, coarse, x, y, steps, out);
           coarse += 8;
@@ -232,9 +265,6 @@ Result<RegionReport> read_region(const StoreReader& reader, LayerId id, Level le
       }
       VT_ASSIGN(const std::span<const std::byte> texels, (is_own ? own : ancestor).read(reader, *layer, *source));
       if (!is_own) {
-        if (edge > 1 && indexed_blocks(layer->format).empty())
-          return fail(ErrorCode::kUnsupported, reader.path().string() + ": " + tile_place(*layer, tile) + " is absent, and blocks of " +
-                                                   std::string(format.name) + " are not enlarged");
         enlarge(canvas, part, format, texels, *source, tile_blocks, level.value - source->level.value);
         continue;
       }

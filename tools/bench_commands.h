@@ -17,6 +17,8 @@ namespace vt::bench {
 [[nodiscard]] std::function<Result<int>()> add_accuracy_command(CLI::App& app);
 [[nodiscard]] std::function<Result<int>()> add_lookup_command(CLI::App& app);
 [[nodiscard]] std::function<Result<int>()> add_frame_command(CLI::App& app);
+[[nodiscard]] std::function<Result<int>()> add_scoreboard_command(CLI::App& app);
+[[nodiscard]] std::function<Result<int>()> add_channels_command(CLI::App& app);
 
 // Where results go, the same for every subcommand.
 struct ResultFlags {

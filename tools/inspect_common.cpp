@@ -78,52 +78,62 @@ Result<geo::Crs> crs_of(const store::StoreReader& reader) {
   return result;
 }
 
-TexelLayout layout_of(TexelFormat format) {
-  const FormatInfo& info = format_info(format);
-  if (format == TexelFormat::kBc1) return {3, false};  // opaque, and its decoder's codes are whole
-  switch (info.samples) {
-    case SampleKind::kUnorm8:
-      return {info.channels, false};
-    case SampleKind::kUnorm16:
-    case SampleKind::kHalf:
-    case SampleKind::kFloat:
-    case SampleKind::kSharedExponent:
-    case SampleKind::kBlock:
-      return {info.channels, true};
-    case SampleKind::kOpaque:
-      return {info.block_bytes, false};
-  }
-  assert(false);
-  return {};
+namespace {
+
+// Samples on the scale of 0 to 255 that are whole, decoded out of blocks or not.
+bool has_byte_samples(TexelFormat format) {
+  return format_info(format).samples == SampleKind::kUnorm8 || format == TexelFormat::kBc1 || format == TexelFormat::kBc3 ||
+         format == TexelFormat::kBc7;
+}
+
+bool means_its_codes(const LayerInfo& layer) {
+  return !layer.zero_is_nodata &&
+         std::ranges::all_of(layer.components, [](const ComponentRange& range) { return range == ComponentRange(); });
+}
+
+}  // namespace
+
+TexelLayout layout_of(const LayerInfo& layer) {
+  const FormatInfo& info = format_info(layer.format);
+  if (info.samples == SampleKind::kOpaque) return {info.block_bytes, false};
+  return {info.channels, !(has_byte_samples(layer.format) && means_its_codes(layer))};
 }
 
 bool has_coverage_channel(const LayerInfo& layer) {
-  // Horizons keep an angle in each of their four bytes; everything else uses the fourth as texel_format.h says.
-  return layer.format == TexelFormat::kRgba8 && layer.channel != ChannelType::kHorizon;
+  const bool has_color = layer.channel == ChannelType::kColor || layer.channel == ChannelType::kIllumination;
+  return has_color && format_info(layer.format).channels == 4;
 }
 
 void decode_tile(const LayerInfo& layer, std::span<const std::byte> payload, std::span<std::byte> out) {
   const std::size_t edge = layer.tile_texels();
-  if (layout_of(layer.format).is_float) {
-    std::vector<float> samples(edge * edge * format_info(layer.format).channels);
-    store::decode_texels(layer.format, payload, edge, edge, samples);
-    std::memcpy(out.data(), samples.data(), out.size());
-    return;
-  }
-  if (layer.format != TexelFormat::kBc1) {
+  const FormatInfo& info = format_info(layer.format);
+  const TexelLayout layout = layout_of(layer);
+  if (!layout.is_float && (info.samples == SampleKind::kUnorm8 || info.samples == SampleKind::kOpaque)) {
     std::copy(payload.begin(), payload.end(), out.begin());
     return;
   }
-  std::vector<std::byte> rgba(edge * edge * 4);
-  store::decode_bc1_image(payload, edge, edge, rgba);
-  for (std::size_t texel = 0; texel < edge * edge; ++texel) std::memcpy(&out[texel * 3], &rgba[texel * 4], 3);
+  std::vector<float> samples(edge * edge * info.channels);
+  store::decode_texels(layer.format, payload, edge, edge, samples);
+  if (!layout.is_float) {
+    for (std::size_t i = 0; i < samples.size(); ++i) out[i] = static_cast<std::byte>(samples[i]);
+    return;
+  }
+  for (std::size_t i = 0; i < samples.size(); ++i) {
+    const std::size_t component = i % info.channels;
+    const ComponentRange& range = layer.components[component];
+    const bool is_missing = layer.zero_is_nodata && samples[i - component] == 0.0F;
+    const float value = is_missing                  ? std::numeric_limits<float>::quiet_NaN()
+                        : range == ComponentRange() ? samples[i]
+                                                    : static_cast<float>(range.offset + range.scale * static_cast<double>(samples[i]));
+    std::memcpy(&out[i * sizeof value], &value, sizeof value);
+  }
 }
 
 LevelReader::LevelReader(const store::StoreReader& reader, const LayerInfo& layer, Level level)
     : reader_(reader),
       layer_(layer),
       level_(level),
-      layout_(layout_of(layer.format)),
+      layout_(layout_of(layer)),
       payload_(layer.tile_payload_bytes()),
       texels_(std::size_t{layer.tile_texels()} * layer.tile_texels() * layout_.texel_bytes()) {}
 

@@ -35,17 +35,18 @@ struct LayerChoice {
 // From the "crs" of the store's metadata; kPixel when there is none. kInvalidData names the store.
 [[nodiscard]] Result<geo::Crs> crs_of(const store::StoreReader& reader);
 
-// How decoded texels lie in memory: channels interleaved, bytes or floats. 8-bit formats and BC1 decode to bytes, all others to floats.
+// How decoded texels lie in memory: channels interleaved, bytes or floats. Bytes are codes, of 8-bit formats (BC1, BC3 and BC7 too) whose
+// codes are what they mean; floats are values, offset + scale * sample, NaN where there are no data.
 struct TexelLayout {
   int channels = 0;
   bool is_float = false;
   [[nodiscard]] std::size_t texel_bytes() const { return static_cast<std::size_t>(channels) * (is_float ? sizeof(float) : 1); }
 };
-[[nodiscard]] TexelLayout layout_of(TexelFormat format);
+[[nodiscard]] TexelLayout layout_of(const LayerInfo& layer);
 // The fourth channel says how much of the texel is covered, rather than being one more measured value.
 [[nodiscard]] bool has_coverage_channel(const LayerInfo& layer);
 
-// Texels of one tile as they are stored, to TexelLayout. `payload` is tile_payload_bytes() long, `out` tile_texels()^2 texels.
+// Texels of one tile to TexelLayout. `payload` is tile_payload_bytes() long, `out` tile_texels()^2 texels.
 void decode_tile(const LayerInfo& layer, std::span<const std::byte> payload, std::span<std::byte> out);
 
 // Reads rectangles of one level, tile by tile, with no filling from coarser levels.

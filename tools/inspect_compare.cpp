@@ -152,7 +152,7 @@ class LayerComparer {
         second_(second),
         a_(a),
         b_(b),
-        layout_(layout_of(a.format)),
+        layout_(layout_of(a)),
         payload_a_(a.tile_payload_bytes()),
         payload_b_(payload_a_.size()),
         texels_a_(std::size_t{a.tile_texels()} * a.tile_texels() * layout_.texel_bytes()),
@@ -233,7 +233,7 @@ class LayerComparer {
 };
 
 LayerDifference empty_difference(const LayerInfo& layer) {
-  const bool is_byte_format = !layout_of(layer.format).is_float;
+  const bool is_byte_format = !layout_of(layer).is_float;
   return {layer.name, is_byte_format, is_byte_format && layer.transfer == Transfer::kSrgb, {}};
 }
 
@@ -336,7 +336,7 @@ std::optional<TexelRect> raster_in_layer(const source::RasterInfo& raster, const
 class RasterComparer {
  public:
   RasterComparer(const store::StoreReader& reader, const LayerInfo& layer, const source::RasterSource& raster)
-      : layer_(layer), raster_(raster), layout_(layout_of(layer.format)), level_(reader, layer, layer.finest) {}
+      : layer_(layer), raster_(raster), layout_(layout_of(layer)), level_(reader, layer, layer.finest) {}
 
   // `overlap` is in texels from the data's corner, `raster_at` is where the raster's first sample lies in the same terms.
   [[nodiscard]] Result<LevelDifference> compare(const TexelRect& overlap, const TexelRect& raster_at, cli::Progress& progress) {
@@ -422,7 +422,7 @@ Result<Comparison> compare_with_raster(const CompareOptions& options) {
   const source::RasterInfo& info = raster->info();
 
   Comparison comparison;
-  const TexelLayout layout = layout_of(layer->format);
+  const TexelLayout layout = layout_of(*layer);
   if (info.bands < layout.channels) {
     comparison.mismatches.push_back(
         fmt::format("the raster has {} bands, layer {} has {} channels", info.bands, layer->name, layout.channels));

@@ -12,6 +12,7 @@
 
 #include "store/store_reader.h"
 #include "store/vt_mapping.h"
+#include "tools/inspect_display.h"
 #include "tools/inspect_mosaic.h"
 #include "tools/picture_writer.h"
 
@@ -32,7 +33,7 @@ struct Band {
 // row of tiles fits into kBandBytes.
 template <class Visit>
 Result<void> for_each_band(LevelReader& level, const LayerInfo& layer, const TexelRect& rect, const Visit& visit) {
-  const std::size_t texel_bytes = layout_of(layer.format).texel_bytes();
+  const std::size_t texel_bytes = layout_of(layer).texel_bytes();
   const std::size_t row_bytes = static_cast<std::size_t>(rect.width) * (texel_bytes + 1);
   const auto most_rows = static_cast<std::int64_t>(std::max<std::size_t>(1, kBandBytes / row_bytes));
   const std::int64_t tile = layer.tile_texels();
@@ -50,49 +51,27 @@ Result<void> for_each_band(LevelReader& level, const LayerInfo& layer, const Tex
   return {};
 }
 
-// Least and greatest finite value, and whether there is anything else.
-struct ValueRange {
-  float min = std::numeric_limits<float>::infinity();
-  float max = -std::numeric_limits<float>::infinity();
-  bool has_holes = false;
+// The values of one texel of a band of floats.
+void read_texel(std::span<const std::byte> floats, std::size_t texel, std::span<float> values) {
+  std::memcpy(values.data(), &floats[texel * values.size_bytes()], values.size_bytes());
+}
 
-  void include(std::span<const std::byte> floats) {
-    for (std::size_t at = 0; at < floats.size(); at += sizeof(float)) {
-      float value = 0.0F;
-      std::memcpy(&value, &floats[at], sizeof value);
-      if (!std::isfinite(value)) {
-        has_holes = true;
-        continue;
-      }
-      min = std::min(min, value);
-      max = std::max(max, value);
-    }
-  }
-};
-
-// Floats to bytes: min becomes 0, max 255. One channel gives grey, more give up to three colours; alpha 0 where a shown channel is no
-// number.
-void stretch(std::span<const std::byte> floats, int channels, int shown, bool with_alpha, const ValueRange& range,
+// Floats to bytes, with alpha 0 where a shown channel is no number.
+void stretch(const Band& band, std::size_t channels, const Display& display, bool with_alpha, const ValueRange& range,
              std::vector<std::byte>& out) {
-  const auto stride = static_cast<std::size_t>(channels);
-  const std::size_t count = floats.size() / sizeof(float) / stride;
-  const auto out_stride = static_cast<std::size_t>(shown + (with_alpha ? 1 : 0));
-  const double width = double{range.max} - double{range.min};
-  out.assign(count * out_stride, std::byte{0});
-  for (std::size_t texel = 0; texel < count; ++texel) {
+  const auto shown = static_cast<std::size_t>(display.channels());
+  const std::size_t out_stride = shown + (with_alpha ? 1 : 0);
+  std::vector<float> values(channels);
+  out.assign(band.is_present.size() * out_stride, std::byte{0});
+  for (std::size_t texel = 0; texel < band.is_present.size(); ++texel) {
+    read_texel(band.texels, texel, values);
+    const std::array<float, 3> seen = display.shown(values);
     bool is_known = true;
-    for (std::size_t channel = 0; channel < static_cast<std::size_t>(shown); ++channel) {
-      if (channel >= stride) break;
-      float value = 0.0F;
-      std::memcpy(&value, &floats[(texel * stride + channel) * sizeof value], sizeof value);
-      if (!std::isfinite(value)) {
-        is_known = false;
-        continue;
-      }
-      const double part = width > 0.0 ? (double{value} - double{range.min}) / width : 0.5;
-      out[texel * out_stride + channel] = static_cast<std::byte>(std::lround(part * 255.0));
+    for (std::size_t c = 0; c < shown; ++c) {
+      is_known = is_known && std::isfinite(seen[c]);
+      if (std::isfinite(seen[c])) out[texel * out_stride + c] = static_cast<std::byte>(std::lround(display.tone(seen[c], range)));
     }
-    if (with_alpha && is_known) out[texel * out_stride + out_stride - 1] = std::byte{255};
+    if (with_alpha && is_known) out[texel * out_stride + shown] = std::byte{255};
   }
 }
 
@@ -161,7 +140,7 @@ struct Job {
 
 Result<void> extract_bytes(const ExtractOptions& options, const Job& job, LevelReader& level, cli::PictureSpec spec,
                            cli::Progress& progress) {
-  const TexelLayout layout = layout_of(job.layer.format);
+  const TexelLayout layout = layout_of(job.layer);
   spec.channels = layout.channels;
   spec.is_srgb = job.layer.transfer == Transfer::kSrgb;
   spec.last_is_alpha = has_coverage_channel(job.layer);
@@ -184,7 +163,7 @@ Result<void> extract_bytes(const ExtractOptions& options, const Job& job, LevelR
 
 Result<void> extract_floats(const ExtractOptions& options, const Job& job, LevelReader& level, cli::PictureSpec spec,
                             cli::Progress& progress) {
-  spec.channels = layout_of(job.layer.format).channels;
+  spec.channels = layout_of(job.layer).channels;
   spec.is_float = true;
   std::optional<float> replacement;
   if (spec.transform) {  // a GeoTIFF, where "no data" has a place
@@ -205,24 +184,28 @@ Result<void> extract_floats(const ExtractOptions& options, const Job& job, Level
 // Twice over the window: once for the range, once to write.
 Result<void> extract_stretched(const ExtractOptions& options, const Job& job, LevelReader& level, cli::PictureSpec spec,
                                cli::Progress& progress) {
-  const TexelLayout layout = layout_of(job.layer.format);
-  ValueRange range;
+  const auto channels = static_cast<std::size_t>(layout_of(job.layer).channels);
+  const Display display(job.layer);
+  RangeFinder finder(job.layer);
   const auto include_band = [&](Band& band) -> Result<void> {
-    range.include(band.texels);
+    std::vector<float> values(channels);
+    for (std::size_t texel = 0; texel < band.is_present.size(); ++texel) {
+      read_texel(band.texels, texel, values);
+      finder.add(std::span<const float>(display.shown(values)).first(static_cast<std::size_t>(display.channels())));
+    }
     return {};
   };
   VT_CHECK(for_each_band(level, job.layer, job.rect, include_band));
-  if (range.min > range.max) range.min = range.max = 0.0F;  // nothing but holes
+  const ValueRange range = display.fixed_range().value_or(finder.range());
   cli::print_note("vtinspect", fmt::format("{}: stretched {:g} .. {:g} to 0 .. 255; write .tif or .exr to keep the values",
                                            options.output.string(), range.min, range.max));
 
-  const int shown = layout.channels == 1 ? 1 : 3;
-  spec.channels = shown + (range.has_holes ? 1 : 0);
-  spec.last_is_alpha = range.has_holes;
+  spec.channels = display.channels() + (finder.has_holes() ? 1 : 0);
+  spec.last_is_alpha = finder.has_holes();
   VT_ASSIGN(const auto picture, cli::create_picture(options.output, spec));
   std::vector<std::byte> bytes;
   const auto write_band = [&](Band& band) -> Result<void> {
-    stretch(band.texels, layout.channels, shown, range.has_holes, range, bytes);
+    stretch(band, channels, display, finder.has_holes(), range, bytes);
     VT_CHECK(picture->write_rows(bytes, band.rect.height));
     progress.update(static_cast<std::uint64_t>(band.rect.bottom() - job.rect.y));
     return {};
@@ -233,7 +216,7 @@ Result<void> extract_stretched(const ExtractOptions& options, const Job& job, Le
 
 Result<void> extract(const ExtractOptions& options, const Job& job) {
   VT_ASSIGN(const cli::PictureKind kind, cli::picture_kind(options.output));
-  const bool is_float = layout_of(job.layer.format).is_float;
+  const bool is_float = layout_of(job.layer).is_float;
   if (kind == cli::PictureKind::kExr && !is_float) {
     return fail(ErrorCode::kUsage, fmt::format("{}: layer {} holds 8-bit codes ({}) and EXR holds floats; write .png or .tif",
                                                options.output.string(), job.layer.name, format_info(job.layer.format).name));
@@ -286,7 +269,7 @@ Result<int> run_extract(const ExtractOptions& options) {
   if (missing > 0) {
     cli::print_note("vtinspect",
                     fmt::format("{}: {} tiles of layer {}, level {} are absent; they are written as {}", options.store.string(), missing,
-                                layer->name, int{level.value}, layout_of(layer->format).is_float ? "no data" : "transparent"));
+                                layer->name, int{level.value}, layout_of(*layer).is_float ? "no data" : "transparent"));
   }
   VT_CHECK(extract(options, {reader, *layer, level, rect, missing}));
   cli::print(fmt::format("{}: {} x {} texels of layer {}, level {}\n", options.output.string(), rect.width, rect.height, layer->name,

@@ -12,6 +12,7 @@
 #include "store/vt_mapping.h"
 #include "tools/cli_support.h"
 #include "tools/inspect_common.h"
+#include "tools/inspect_quality.h"
 
 namespace vt::inspect {
 
@@ -177,9 +178,14 @@ std::string layer_table(const LayerInfo& layer, const std::vector<LevelSummary>&
   if (!std::isnan(layer.source_nodata)) text += fmt::format(", source's nodata {:g}", layer.source_nodata);
   if (layer.zero_is_nodata) text += ", code 0 is no data";
   text += '\n';
+  const auto metadata = parsed_metadata(layer.metadata_json);
+  const std::vector<std::string> names = component_names(metadata);
+  const std::string unit = unit_of(layer, metadata);
   for (std::size_t c = 0; c < components_of(layer).size(); ++c) {
     const ComponentRange& range = layer.components[c];
-    if (range != ComponentRange()) text += fmt::format("  component {}: {} + {} * sample\n", c, range.offset, range.scale);
+    if (range == ComponentRange()) continue;
+    text += fmt::format("  {} = {} + {} * sample{}\n", c < names.size() ? names[c] : fmt::format("component {}", c),
+                        cli::format_exact(range.offset), cli::format_exact(range.scale), unit.empty() ? "" : " " + unit);
   }
   const GridPlacement& grid = layer.grid;
   text += fmt::format("  extent west {:.10g}, south {:.10g}, east {:.10g}, north {:.10g}\n", grid.origin_x,
@@ -197,7 +203,7 @@ std::string layer_table(const LayerInfo& layer, const std::vector<LevelSummary>&
                         level.is_counted ? cli::format_bytes(level.stored_bytes) : "-",
                         level.ratio ? fmt::format("{:.2f}", *level.ratio) : "-");
   }
-  return text;
+  return text + quality_table(metadata);
 }
 
 }  // namespace

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "tools/inspect_common.h"
+#include "tools/inspect_display.h"
 #include "tools/picture_writer.h"
 
 namespace vt::inspect {
@@ -41,7 +42,7 @@ Result<Cell> read_cell(const store::StoreReader& reader, const LayerInfo& layer,
   cell.shown.y += (data.height - cell.shown.height) / 2;
   cell.enlarge = std::max<std::int64_t>(1, std::min(cell_width / cell.shown.width, cell_height / cell.shown.height));
 
-  const TexelLayout layout = layout_of(layer.format);
+  const TexelLayout layout = layout_of(layer);
   const auto count = static_cast<std::size_t>(cell.shown.width * cell.shown.height);
   const std::size_t samples = count * static_cast<std::size_t>(layout.channels);
   std::vector<std::byte> texels(count * layout.texel_bytes());
@@ -56,44 +57,30 @@ Result<Cell> read_cell(const store::StoreReader& reader, const LayerInfo& layer,
   return cell;
 }
 
-// How a layer's values become 0..255: as they are for bytes, stretched over all cells together for floats, so that levels can be compared.
-struct Tone {
-  float min = 0.0F;
-  float max = 255.0F;
-
-  [[nodiscard]] float operator()(float value) const {
-    return max > min ? std::clamp((value - min) / (max - min), 0.0F, 1.0F) * 255.0F : 127.5F;
-  }
-};
-
-Tone tone_of(const std::vector<Cell>& cells, bool is_float) {
-  if (!is_float) return {};
-  Tone tone{std::numeric_limits<float>::infinity(), -std::numeric_limits<float>::infinity()};
-  for (const Cell& cell : cells) {
-    for (const float value : cell.values) {
-      if (!std::isfinite(value)) continue;
-      tone.min = std::min(tone.min, value);
-      tone.max = std::max(tone.max, value);
-    }
-  }
-  return tone;
+// One range for all cells, so that levels can be compared.
+ValueRange range_of(const std::vector<Cell>& cells, const LayerInfo& layer, const Display& display) {
+  if (display.fixed_range()) return *display.fixed_range();
+  const auto channels = static_cast<std::size_t>(layout_of(layer).channels);
+  RangeFinder finder(layer);
+  for (const Cell& cell : cells)
+    for (std::size_t at = 0; at < cell.values.size(); at += channels)
+      finder.add(std::span<const float>(display.shown(std::span(cell.values).subspan(at, channels)))
+                     .first(static_cast<std::size_t>(display.channels())));
+  return finder.range();
 }
 
-Rgb color_of(const LayerInfo& layer, const Cell& cell, std::size_t texel, const Tone& tone) {
-  const TexelLayout layout = layout_of(layer.format);
+Rgb color_of(const LayerInfo& layer, const Cell& cell, std::size_t texel, const Display& display, const ValueRange& range) {
+  const auto channels = static_cast<std::size_t>(layout_of(layer).channels);
   if (cell.is_present[texel] == 0) return kBackground;
-  const float* const value = &cell.values[texel * static_cast<std::size_t>(layout.channels)];
-  const float coverage = has_coverage_channel(layer) ? value[3] / 255.0F : 1.0F;
+  const std::span<const float> values = std::span(cell.values).subspan(texel * channels, channels);
+  const bool is_float = layout_of(layer).is_float;
+  const float coverage = has_coverage_channel(layer) ? values[3] / (is_float ? 1.0F : 255.0F) : 1.0F;
+  const std::array<float, 3> seen = display.shown(values);
   Rgb color = kBackground;
   for (std::size_t i = 0; i < color.size(); ++i) {
-    // One channel is grey; of two, blue stays dark.
-    const auto channel = layout.channels == 1 ? std::size_t{0} : i;
-    if (channel >= static_cast<std::size_t>(layout.channels)) {
-      color[i] = 0;
-      continue;
-    }
-    if (!std::isfinite(value[channel])) return kBackground;
-    const float over = tone(value[channel]) * coverage + static_cast<float>(kBackground[i]) * (1.0F - coverage);
+    const float value = seen[display.channels() == 1 ? 0 : i];
+    if (!std::isfinite(value)) return kBackground;
+    const float over = display.tone(value, range) * coverage + static_cast<float>(kBackground[i]) * (1.0F - coverage);
     color[i] = static_cast<std::uint8_t>(std::lround(over));
   }
   return color;
@@ -115,7 +102,8 @@ Result<std::string> write_mosaic(const store::StoreReader& reader, const LayerIn
     VT_ASSIGN(Cell cell, read_cell(reader, layer, Level{static_cast<std::uint8_t>(value)}, cell_width, cell_height));
     cells.push_back(std::move(cell));
   }
-  const Tone tone = tone_of(cells, layout_of(layer.format).is_float);
+  const Display display(layer);
+  const ValueRange range = range_of(cells, layer, display);
 
   const auto count = static_cast<std::int64_t>(cells.size());
   // About twice as wide as high, then no wider than that many rows need.
@@ -150,7 +138,7 @@ Result<std::string> write_mosaic(const store::StoreReader& reader, const LayerIn
     for (std::int64_t y = 0; y < height; ++y) {
       for (std::int64_t x = 0; x < width; ++x) {
         const auto texel = static_cast<std::size_t>(y / cell.enlarge * cell.shown.width + x / cell.enlarge);
-        put(left + x, top + y, color_of(layer, cell, texel, tone));
+        put(left + x, top + y, color_of(layer, cell, texel, display, range));
       }
     }
     const TexelRect data = layer.data_rect(Level{static_cast<std::uint8_t>(index)});
@@ -162,7 +150,7 @@ Result<std::string> write_mosaic(const store::StoreReader& reader, const LayerIn
   VT_CHECK(picture->finish());
   std::string text = fmt::format("levels 0 to {} of layer {}", int{layer.finest.value}, layer.name);
   if (whole < static_cast<int>(count)) text += fmt::format("; from level {} on, the middle {} x {} texels", whole, cell_width, cell_height);
-  if (layout_of(layer.format).is_float) text += fmt::format("; {:g} is black, {:g} white", tone.min, tone.max);
+  if (layout_of(layer).is_float) text += fmt::format("; {:g} is black, {:g} white", range.min, range.max);
   return text;
 }
 

@@ -12,6 +12,7 @@
 
 #include "store/vt_mapping.h"
 #include "tools/cli_support.h"
+#include "tools/inspect_quality.h"
 
 namespace vt::inspect {
 
@@ -111,7 +112,7 @@ Result<Value> read_value(const store::StoreReader& reader, const LayerInfo& laye
   VT_ASSIGN(value.present_tile, reader.nearest_present(layer.id, tile));
   if (!value.present_tile || *value.present_tile != tile) return value;
 
-  const TexelLayout layout = layout_of(layer.format);
+  const TexelLayout layout = layout_of(layer);
   const std::size_t edge = layer.tile_texels();
   std::vector<std::byte> payload(layer.tile_payload_bytes());
   std::vector<std::byte> texels(edge * edge * layout.texel_bytes());
@@ -133,6 +134,10 @@ Result<Value> read_value(const store::StoreReader& reader, const LayerInfo& laye
     }
   }
   return value;
+}
+
+std::string layer_unit(const LayerInfo& layer) {
+  return unit_of(layer, nlohmann::ordered_json::parse(layer.metadata_json, nullptr, /*allow_exceptions=*/false));
 }
 
 std::string numbers_text(const std::vector<double>& numbers, bool is_exact) {
@@ -190,7 +195,7 @@ Result<int> run_sample(const SampleOptions& options) {
         {"path", options.store.string()},
         {"layer", layer->name},
         {"channel", channel_info(layer->channel).name},
-        {"unit", channel_info(layer->channel).unit},
+        {"unit", layer_unit(*layer)},
         {"format", format_info(layer->format).name},
         {"level", level.value},
         {"texel", {x - data.x, y - data.y}},
@@ -231,9 +236,8 @@ Result<int> run_sample(const SampleOptions& options) {
                                              int{value.present_tile->level.value}, value.present_tile->x, value.present_tile->y)
                                : std::string("value     none: the tile and all above it are absent\n");
   } else {
-    const std::string_view unit = channel_info(layer->channel).unit;
-    text +=
-        fmt::format("value     {}{}{}\n", numbers_text(value.channels, !layout_of(layer->format).is_float), unit.empty() ? "" : " ", unit);
+    const std::string unit = layer_unit(*layer);
+    text += fmt::format("value     {}{}{}\n", numbers_text(value.channels, !layout_of(*layer).is_float), unit.empty() ? "" : " ", unit);
     if (!value.linear.empty()) text += fmt::format("linear    {}\n", numbers_text(value.linear, false));
   }
   cli::print(text);

@@ -5,8 +5,8 @@ vt_room(vt_bench
 
 vt_program(vtbench
   SOURCES vtbench.cpp bench_accuracy_command.cpp bench_accuracy_scene.cpp bench_build_command.cpp bench_build_contenders.cpp bench_build_measure.cpp
-          bench_build_report.cpp bench_frame_command.cpp bench_key_value.cpp bench_lmdb.cpp bench_lookup_command.cpp bench_mosaic_command.cpp
-          bench_parts.cpp bench_pool.cpp bench_sizes_command.cpp bench_sources_command.cpp bench_sqlite.cpp
+          bench_build_report.cpp bench_channels_command.cpp bench_frame_command.cpp bench_key_value.cpp bench_lmdb.cpp bench_lookup_command.cpp bench_mosaic_command.cpp
+          bench_parts.cpp bench_pool.cpp bench_scoreboard.cpp bench_scoreboard_command.cpp bench_sizes_command.cpp bench_sources_command.cpp bench_sqlite.cpp
   LINKS vt_bench vt_cli vt_pipeline vt_sample CLI11::CLI11 fmt::fmt)
 target_compile_definitions(vtbench PRIVATE VT_VERSION="${PROJECT_VERSION}")
 

@@ -46,15 +46,16 @@ int main(int argc, char** argv) {
   app.set_version_flag("--version", "vtbench " VT_VERSION);
   app.require_subcommand(1);
   const std::vector<std::function<vt::Result<int>()>> commands = {
-      vt::bench::add_build_command(app),  vt::bench::add_sources_command(app),  vt::bench::add_sizes_command(app),
-      vt::bench::add_mosaic_command(app), vt::bench::add_accuracy_command(app), vt::bench::add_lookup_command(app),
-      vt::bench::add_frame_command(app),
+      vt::bench::add_build_command(app),  vt::bench::add_sources_command(app),    vt::bench::add_sizes_command(app),
+      vt::bench::add_mosaic_command(app), vt::bench::add_accuracy_command(app),   vt::bench::add_lookup_command(app),
+      vt::bench::add_frame_command(app),  vt::bench::add_scoreboard_command(app), vt::bench::add_channels_command(app),
   };
   vt::cli::add_help_footer(
       app,
       "  vtbench build ortho.tif --csv build.csv --svg build.svg    our builder beside vips, GDAL and maketx\n"
       "  vtbench sources ortho.tif                                  the same samples as TIFFs of all kinds and as PNG\n"
       "  vtbench sizes ortho.tif                                    memory and rate from 0.25 to 16 gigapixels\n"
+      "  vtbench scoreboard                                         the cases that pyramid builders get wrong\n"
       "  vtbench mosaic ortho.tif                                   ten thousand files beside one\n"
       "  vtbench accuracy --svg accuracy.svg                        speed against error, every kernel and codec\n"
       "  vtbench lookup                                             nanoseconds to find and to read a tile\n"

@@ -21,7 +21,7 @@ Result<int> bands_wanted(ChannelType channel, const Options&, int values) {
     case ChannelType::kIllumination:
       return values >= 3 ? 3 : 1;
     case ChannelType::kNormal:
-      return 3;
+      return values >= 3 ? 3 : 2;
     case ChannelType::kHorizon:
       return values;
     case ChannelType::kElevation:
@@ -48,15 +48,18 @@ Result<std::unique_ptr<const ChannelCodec>> make_codec(const ChannelSettings& se
       return make_elevation_codec(settings, layout);
     case ChannelType::kMask:
       return make_mask_codec(settings, layout);
+    case ChannelType::kIllumination:
+      return make_illumination_codec(settings, layout);
     case ChannelType::kNormal:
+      return make_normal_codec(settings, layout);
     case ChannelType::kHorizon:
+      return make_horizon_codec(settings, layout);
     case ChannelType::kMaterial:
     case ChannelType::kSensor:
-    case ChannelType::kIllumination:
       break;
   }
-  return fail(ErrorCode::kUnsupported,
-              "channel '" + std::string(channel_info(settings.channel).name) + "' cannot be built yet; color, elevation and mask can");
+  return fail(ErrorCode::kUnsupported, "channel '" + std::string(channel_info(settings.channel).name) +
+                                           "' cannot be built yet; color, normal, horizon, elevation, illumination and mask can");
 }
 
 }  // namespace vt::channels

@@ -71,6 +71,10 @@ struct Part {
   bool zero_is_nodata = false;                    // code 0 of the first component means no data
   bool starts_above_base = false;                 // nothing is stored at the finest level; readers fall back to the next coarser one
   bool ends_at_base = false;                      // blocks write the finest level only; a pass after them makes the others
+  // What else a reader has to know (a table of classes, a frame, a spectral band): a JSON object, whose members become members of the
+  // part's metadata. None of them is called as the builder's own: components, unit, settings, block_levels, recipe, updating, quality,
+  // alpha_coverage.
+  std::string metadata_json = "{}";
 };
 
 // One number that is reported of every level: how far what is stored lies from the unquantised planes, in the channel's own unit.

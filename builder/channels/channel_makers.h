@@ -10,7 +10,10 @@ namespace vt::channels {
 using MadeCodec = Result<std::unique_ptr<const ChannelCodec>>;
 
 [[nodiscard]] MadeCodec make_color_codec(const ChannelSettings& settings, const SampleLayout& layout);
+[[nodiscard]] MadeCodec make_normal_codec(const ChannelSettings& settings, const SampleLayout& layout);
+[[nodiscard]] MadeCodec make_horizon_codec(const ChannelSettings& settings, const SampleLayout& layout);
 [[nodiscard]] MadeCodec make_elevation_codec(const ChannelSettings& settings, const SampleLayout& layout);
+[[nodiscard]] MadeCodec make_illumination_codec(const ChannelSettings& settings, const SampleLayout& layout);
 [[nodiscard]] MadeCodec make_mask_codec(const ChannelSettings& settings, const SampleLayout& layout);
 
 }  // namespace vt::channels

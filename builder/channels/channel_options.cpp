@@ -8,12 +8,27 @@ namespace vt::channels {
 namespace {
 
 // In the order of the channels' numbers.
-constexpr std::array<OptionInfo, 9> kOptions = {{
+constexpr auto kOptions = std::to_array<OptionInfo>({
     {ChannelType::kColor, "alpha", "straight|associated",
      "whether the input's codes are multiplied by their coverage although the file does not say so; files that declare it are understood "
      "without this (default: straight)"},
     {ChannelType::kColor, "transfer", "srgb|linear", "what the input's codes mean; the layer's are sRGB in any case (default: srgb)"},
     {ChannelType::kColor, "anti-ringing", "yes|no", "keep overshoot beside edges within the neighbouring texels (default: no)"},
+    {ChannelType::kNormal, "frame", "enu|scene",
+     "what x, y, z are: east, north, up at each place, or one frame for the whole scene (default: enu)"},
+    {ChannelType::kNormal, "zero", "128|127.5",
+     "the code that is 0 in unsigned 8-bit input; in 16-bit input 32768 or 32767.5 (default: 128)"},
+    {ChannelType::kNormal, "y", "up|down", "whether y grows to the top or to the bottom of the picture in the input (default: up)"},
+    {ChannelType::kNormal, "length", "yes|no",
+     "store the length of the mean normal, which tells roughness, beside rgb8, rg16 and bc5 (default: yes)"},
+    {ChannelType::kNormal, "moments", "none|lean", "store means and mean squares of the slopes as well (default: none)"},
+    {ChannelType::kHorizon, "azimuths", "DEGREES,...",
+     "direction of each band, clockwise from north (default: 90,270 of two, evenly from north of more)"},
+    {ChannelType::kHorizon, "angles", "rad|deg", "unit of the input's angles (default: rad)"},
+    {ChannelType::kHorizon, "deviations", "none|given",
+     "whether bands are single angles, or pairs of mean and standard deviation (default: none)"},
+    {ChannelType::kHorizon, "span", "LOW,HIGH",
+     "degrees that codes are spread over; fewer give low sun finer steps, horizons beyond are clamped (default: -90,90)"},
     {ChannelType::kElevation, "quantum", "METRES",
      "step of the codes of r16, which hold --range (of 8 and 16 bit integers: all that the type can say) in 65535 of them (default: the "
      "finest power of two that does)"},
@@ -24,14 +39,18 @@ constexpr std::array<OptionInfo, 9> kOptions = {{
      "measure how far the surface through every coarser level lies from the finest, into the layer's metadata (\"surface\"); reads all "
      "tiles again after the build (default: no)"},
     {ChannelType::kElevation, "fill", "METRES|none",
-     "height that is stored where there are no data; means of coarser levels leave it out, and the layer's settings record it (default: "
+     "height that is stored where there are no data; means of coarser levels leave it out; the metadata say so: \"filled_m\" (default: "
      "none)"},
+    {ChannelType::kIllumination, "transfer", "linear|srgb", "what the codes of 8 and 16 bit input are proportional to (default: linear)"},
+    {ChannelType::kIllumination, "scale", "LIGHT",
+     "light of the full code of 8 and 16 bit input, of the number 1 of other input (default: 1)"},
+    {ChannelType::kIllumination, "unit", "TEXT", "unit of the light (default: W/(m2 sr), or none for codes without a scale)"},
     {ChannelType::kMask, "inside", "VALUES",
      "sample values that are inside, with commas between them; all others are outside (default: samples are shares from 0 to 1)"},
     {ChannelType::kMask, "alpha-coverage", "REF",
      "for alpha tests: scale every coarser level so that as much of it exceeds REF (0.001 to 0.999) as of the finest; the plain means stay "
      "as NAME/mean (default: plain means only)"},
-}};
+});
 
 std::string names_of(ChannelType channel) {
   std::string names;

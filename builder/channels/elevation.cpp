@@ -45,6 +45,8 @@ class ElevationCodec final : public ChannelCodec {
       heights.ranges[0] = {.scale = choices.codes.quantum, .offset = choices.codes.offset};
       heights.zero_is_nodata = true;
     }
+    // Whoever reads the heights can tell that some of them may be none.
+    if (choices.fill) heights.metadata_json = R"({"filled_m": )" + number_text(static_cast<double>(*choices.fill)) + "}";
     parts_.push_back(heights);
     measures_.push_back({.name = "height", .unit = "m"});
     measures_surface_ = choices.with_surface;

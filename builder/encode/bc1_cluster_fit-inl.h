@@ -42,7 +42,7 @@ HWY_INLINE void sort_two(KeyedTexel& p, KeyedTexel& q) {
   exchange_if(p.weight, q.weight);
 }
 
-HWY_INLINE Order order_along(const Rgb& axis, const Texels& texels) {
+HWY_NOINLINE Order order_along(const Rgb& axis, const Texels& texels) {
   KeyedTexel keyed[16];
   for (std::size_t i = 0; i < 16; ++i) {
     const Rgb texel = texels.get(i);
@@ -67,7 +67,7 @@ HWY_INLINE Order order_along(const Rgb& axis, const Texels& texels) {
 }
 
 // The best of `best` and of all partitions of one order. Positions 0 1 2 3 have the runs that end before i, j, k and 16.
-HWY_INLINE Candidate best_partition(const Order& order, Candidate best, const Moments& moments) {
+HWY_NOINLINE Candidate best_partition(const Order& order, Candidate best, const Moments& moments) {
   const FloatTag f;
   const F three_count = hn::Mul(moments.count, constant(3.0F));
   const F nine_count = hn::Mul(moments.count, constant(9.0F));
@@ -101,7 +101,7 @@ HWY_INLINE Candidate best_partition(const Order& order, Candidate best, const Mo
   return best;
 }
 
-HWY_INLINE Candidate cluster_fit(const Candidate& known, const Moments& moments, const Texels& texels) {
+HWY_NOINLINE Candidate cluster_fit(const Candidate& known, const Moments& moments, const Texels& texels) {
   Candidate best = best_partition(order_along(principal_axis(moments), texels), known, moments);
   for (int round = 0; round < 2; ++round) best = best_partition(order_along(best.line.end1 - best.line.end0, texels), best, moments);
   return best;
@@ -145,7 +145,7 @@ struct Scored {
 };
 
 // Each texel in its nearest position. Of equals the lowest.
-HWY_INLINE Scored scored(I color0, I color1, const Moments& moments, const Texels& texels) {
+HWY_NOINLINE Scored scored(I color0, I color1, const Moments& moments, const Texels& texels) {
   const FloatTag f;
   const UintTag u;
   const Palette palette = palette_of(color0, color1, moments.mean);
@@ -186,7 +186,7 @@ HWY_INLINE I moved(I color, int shift, int top, int step) {
 }
 
 // The better of two fits, and of steps from there.
-HWY_INLINE Choice best_of(const Choice& normal, const Candidate& cluster, const Moments& moments, const Texels& texels) {
+HWY_NOINLINE Choice best_of(const Choice& normal, const Candidate& cluster, const Moments& moments, const Texels& texels) {
   struct Channel {
     int shift, top;
   };

@@ -290,7 +290,7 @@ HWY_INLINE Candidate fit_once(const Moments& moments, const Texels& texels) {
 
 // Different starts end in different local optima; all passes compete. The insets were tuned on six aerial images and 1/f noise: the two
 // one-sided starts gain 0.1 dB, another pass for each of them 0.05 dB at three quarters of the speed.
-HWY_INLINE Candidate fit_lines(const Moments& moments, const Texels& texels) {
+HWY_NOINLINE Candidate fit_lines(const Moments& moments, const Texels& texels) {
   const Line whole = extremes_along(principal_axis(moments), moments, texels);
   const Rgb along = whole.end1 - whole.end0;
   const Rgb little = along * constant(0.05F);

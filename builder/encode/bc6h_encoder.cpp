@@ -4,6 +4,7 @@
 
 #include "builder/encode/bc6h_block.h"
 #include "builder/encode/block_batches.h"
+#include "store/bc6h_table.h"
 
 // Vectors without a compile-time size cannot be members of structs.
 #define HWY_DISABLED_TARGETS (HWY_SVE | HWY_SVE2 | HWY_SVE_256 | HWY_SVE2_128 | HWY_RVV)
@@ -13,6 +14,7 @@
 #include <hwy/highway.h>
 
 #include "builder/encode/bc6h_fit-inl.h"
+#include "builder/encode/bptc_partitions-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace vt::encode::HWY_NAMESPACE {
@@ -112,12 +114,12 @@ HWY_INLINE Choices one_subset_choice(const Line<3>& fitted, const Line<3>& kept,
   return choices;
 }
 
-HWY_INLINE Choices one_subset(const Texels<3>& texels, int passes) {
+HWY_NOINLINE Choices one_subset(const Texels<3>& texels, int passes) {
   const Moments<3> m = moments_of(texels, WholeBlock());
   Line<3> line = extremes(texels, WholeBlock(), m);
   Choices best;
   for (int pass = 0; pass < passes; ++pass) {
-    line = refined(line, 4, texels, WholeBlock(), m);
+    line = refined(line, 4, texels, WholeBlock(), m).line;
     const Choices candidate = one_subset_choice(line, with_light_kept(line, 4, texels, WholeBlock()), texels);
     if (pass == 0) {
       best = candidate;
@@ -128,11 +130,65 @@ HWY_INLINE Choices one_subset(const Texels<3>& texels, int passes) {
   return best;
 }
 
+// Modes of two subsets, the finest first: rows of store::kBc6hModes. The last one holds any ends.
+constexpr std::uint32_t kTwoSubsetModes[10] = {2, 3, 4, 0, 5, 6, 7, 8, 1, 9};
+
+// The lines of both subsets in the finest mode whose differences hold all four ends, whatever their order.
+HWY_NOINLINE Choices two_subsets(const Texels<3>& texels, U partition, int passes) {
+  Subset subsets[2];
+  subsets_of(partition, subsets);
+  Line<3> fitted[2], kept[2];
+  for (int s = 0; s < 2; ++s) {
+    const Moments<3> m = moments_of(texels, subsets[s]);
+    fitted[s] = extremes(texels, subsets[s], m);
+    for (int pass = 0; pass < passes; ++pass) fitted[s] = refined(fitted[s], 3, texels, subsets[s], m).line;
+    kept[s] = with_light_kept(fitted[s], 3, texels, subsets[s]);
+  }
+
+  Choices choices;
+  choices.partition = partition;
+  for (int m = 9; m >= 0; --m) {
+    const store::Bc6hMode& mode = store::kBc6hModes[kTwoSubsetModes[m]];
+    HalfEnd ends[4];
+    for (int end = 0; end < 4; ++end) ends[end] = half_end(end % 2 == 0 ? kept[end / 2].end0 : kept[end / 2].end1, mode.base_bits);
+    FloatMask fits = hn::Eq(zero(), zero());
+    for (int k = 0; mode.transformed && k < 3; ++k) {
+      F low = ends[0].code.c[k], high = low;
+      for (int end = 1; end < 4; ++end) {
+        low = hn::Min(low, ends[end].code.c[k]);
+        high = hn::Max(high, ends[end].code.c[k]);
+      }
+      fits =
+          hn::And(fits, hn::Lt(hn::Sub(high, low), constant(static_cast<float>(1 << (mode.delta_bits[static_cast<std::size_t>(k)] - 1)))));
+    }
+    choices.mode = m == 9 ? bits(kTwoSubsetModes[m]) : select(fits, bits(kTwoSubsetModes[m]), choices.mode);
+    for (int end = 0; end < 4; ++end) choices.ends[end] = m == 9 ? ends[end] : select(fits, ends[end], choices.ends[end]);
+  }
+  choices.error = zero();
+  choices.indices[0] = choices.indices[1] = bits(0);
+  for (int s = 0; s < 2; ++s) {
+    U indices[2];
+    choices.error = hn::Add(
+        choices.error, evaluate_halves(choices.ends[2 * s], choices.ends[2 * s + 1], fitted[s], kept[s], 3, texels, subsets[s], indices));
+    for (int half = 0; half < 2; ++half) choices.indices[half] = hn::Or(choices.indices[half], indices[half]);
+  }
+  return choices;
+}
+
+constexpr int kMostTrials = 6;
+
 // As many blocks as there are lanes, side by side. `blocks` takes 16 bytes of each.
 HWY_INLINE void encode_batch(const std::uint8_t* rows, std::size_t pitch, Quality quality, std::uint8_t* blocks) {
   Texels<3> texels;
   load_texels(rows, pitch, texels);
-  write_blocks(one_subset(texels, quality == Quality::kFast ? 1 : 4), blocks);
+  Choices best = one_subset(texels, quality == Quality::kFast ? 1 : 4);
+  if (quality != Quality::kFast) {
+    Ranking<kMostTrials> ranking;
+    rank_two_subsets(Terms<3>(texels), 32, ranking);
+    const int trials = quality == Quality::kBest ? kMostTrials : 1;
+    for (int k = 0; k < trials; ++k) keep_better(best, two_subsets(texels, ranking.partition[k], 2));
+  }
+  write_blocks(best, blocks);
 }
 
 void encode_halves(const BlockJob& job) {

@@ -49,13 +49,6 @@ struct CodeFormat {
 };
 
 template <int kChannels>
-HWY_INLINE F distance2(const Color<kChannels>& p, const Color<kChannels>& q) {
-  Color<kChannels> d;
-  for (int c = 0; c < kChannels; ++c) d.c[c] = hn::Sub(p.c[c], q.c[c]);
-  return dot(d, d);
-}
-
-template <int kChannels>
 HWY_INLINE Codes<kChannels> select(FloatMask mask, const Codes<kChannels>& yes, const Codes<kChannels>& no) {
   return {select(mask, yes.value, no.value), select(mask, yes.code, no.code)};
 }
@@ -79,27 +72,39 @@ HWY_INLINE void keep_better(SubsetCode<kChannels>& best, const SubsetCode<kChann
   best.error = hn::Min(best.error, other.error);
 }
 
-// Codes for the two ends of a line. The lowest bits are those that bring the codes nearest to the line's ends; 1 where `ones` is set.
+// Codes for the two ends of a solution. The lowest bits are those that cost least; all 1 where `ones` is set.
 template <class Format, int kChannels>
-HWY_INLINE void quantize(const Line<kChannels>& line, FloatMask ones, SubsetCode<kChannels>& subset) {
+HWY_INLINE void quantize(const Solution<kChannels>& solution, FloatMask ones, SubsetCode<kChannels>& subset) {
+  const Line<kChannels>& line = solution.line;
   if constexpr (Format::kSharedBits == 0) {
     subset.end0 = Format::nearest(line.end0, bits(0));
     subset.end1 = Format::nearest(line.end1, bits(0));
     subset.lowest = bits(0);
   } else {
-    const Codes<kChannels> even0 = Format::nearest(line.end0, bits(0)), odd0 = Format::nearest(line.end0, bits(1));
-    const Codes<kChannels> even1 = Format::nearest(line.end1, bits(0)), odd1 = Format::nearest(line.end1, bits(1));
-    F even_error0 = distance2(even0.value, line.end0), odd_error0 = distance2(odd0.value, line.end0);
-    F even_error1 = distance2(even1.value, line.end1), odd_error1 = distance2(odd1.value, line.end1);
-    if constexpr (Format::kSharedBits == 1) {
-      even_error0 = even_error1 = hn::Add(even_error0, even_error1);
-      odd_error0 = odd_error1 = hn::Add(odd_error0, odd_error1);
+    const Codes<kChannels> codes0[2] = {Format::nearest(line.end0, bits(0)), Format::nearest(line.end0, bits(1))};
+    const Codes<kChannels> codes1[2] = {Format::nearest(line.end1, bits(0)), Format::nearest(line.end1, bits(1))};
+    Color<kChannels> d0[2], d1[2];
+    for (int bit = 0; bit < 2; ++bit) {
+      d0[bit] = codes0[bit].value - line.end0;
+      d1[bit] = codes1[bit].value - line.end1;
     }
-    const FloatMask is_odd0 = hn::Or(ones, hn::Lt(odd_error0, even_error0));
-    const FloatMask is_odd1 = hn::Or(ones, hn::Lt(odd_error1, even_error1));
-    subset.end0 = select(is_odd0, odd0, even0);
-    subset.end1 = select(is_odd1, odd1, even1);
-    subset.lowest = hn::Or(select(is_odd0, bits(1), bits(0)), select(is_odd1, bits(2), bits(0)));
+    const F twice_b = hn::Add(solution.b, solution.b);
+    const auto cost = [&](int bit0, int bit1) {
+      return hn::Add(hn::Add(hn::Mul(solution.a, dot(d0[bit0], d0[bit0])), hn::Mul(solution.c, dot(d1[bit1], d1[bit1]))),
+                     hn::Mul(twice_b, dot(d0[bit0], d1[bit1])));
+    };
+    F least = cost(1, 1);
+    subset.end0 = codes0[1];
+    subset.end1 = codes1[1];
+    subset.lowest = bits(3);
+    for (int pair = Format::kSharedBits == 1 ? 0 : 2; pair >= 0; --pair) {
+      const F other = cost(pair & 1, pair >> 1);
+      const FloatMask better = hn::AndNot(ones, hn::Lt(other, least));
+      least = hn::IfThenElse(better, other, least);
+      subset.end0 = select(better, codes0[pair & 1], subset.end0);
+      subset.end1 = select(better, codes1[pair >> 1], subset.end1);
+      subset.lowest = select(better, bits(static_cast<std::uint32_t>(pair)), subset.lowest);
+    }
   }
 }
 
@@ -122,7 +127,8 @@ HWY_INLINE void evaluate(const Texels<kChannels>& texels, const Part& part, Subs
       const F weight = projection.weight(index);
       Color<kChannels> decoded;
       for (int c = 0; c < kChannels; ++c) decoded.c[c] = rounded(hn::Add(base.c[c], hn::Mul(along.c[c], weight)));
-      subset.error = hn::Add(subset.error, part.only(i, distance2(decoded, texel)));
+      const Color<kChannels> d = decoded - texel;
+      subset.error = hn::Add(subset.error, part.only(i, dot(d, d)));
       packed = hn::Or(hn::ShiftLeft<4>(packed), integer_bits(part.only(i, index)));
     }
     subset.indices[half] = packed;
@@ -136,9 +142,8 @@ HWY_INLINE SubsetCode<kChannels> fitted(const Texels<kChannels>& texels, const P
   Line<kChannels> line = extremes(texels, part, m);
   SubsetCode<kChannels> best;
   for (int pass = 0; pass < passes; ++pass) {
-    line = refined(line, kIndexBits, texels, part, m);
     SubsetCode<kChannels> candidate;
-    quantize<Format>(line, ones, candidate);
+    quantize<Format>(refined(line, kIndexBits, texels, part, m), ones, candidate);
     evaluate<kIndexBits>(texels, part, candidate);
     line = {candidate.end0.value, candidate.end1.value};
     if (pass == 0) {

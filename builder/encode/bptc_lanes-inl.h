@@ -32,6 +32,7 @@ constexpr float kNoError = 1e30F;  // larger than any sum of squares
 HWY_INLINE F constant(float value) { return hn::Set(FloatTag(), value); }
 HWY_INLINE U bits(std::uint32_t value) { return hn::Set(UintTag(), value); }
 HWY_INLINE F zero() { return hn::Zero(FloatTag()); }
+HWY_INLINE FloatMask nowhere() { return hn::Lt(zero(), zero()); }
 HWY_INLINE F clamped(F value, float low, float high) { return hn::Min(hn::Max(value, constant(low)), constant(high)); }
 HWY_INLINE U select(FloatMask mask, U yes, U no) { return hn::IfThenElse(hn::RebindMask(UintTag(), mask), yes, no); }
 
@@ -44,6 +45,12 @@ template <int kChannels>
 struct Color {
   F c[kChannels];
 };
+template <int kChannels>
+HWY_INLINE Color<kChannels> operator-(const Color<kChannels>& p, const Color<kChannels>& q) {
+  Color<kChannels> difference;
+  for (int c = 0; c < kChannels; ++c) difference.c[c] = hn::Sub(p.c[c], q.c[c]);
+  return difference;
+}
 template <int kChannels>
 HWY_INLINE F dot(const Color<kChannels>& p, const Color<kChannels>& q) {
   F sum = hn::Mul(p.c[0], q.c[0]);
@@ -193,11 +200,19 @@ struct Projection {
   HWY_INLINE F weight(F index) const { return rounded(hn::Mul(index, constant(64.0F / last))); }
 };
 
+// End points that minimise a squared error, and how it grows away from them: with d0, d1 the changes of the ends it is larger by
+// (a d0^2 + 2 b d0 d1 + c d1^2) / 64^2, summed over the channels.
+template <int kChannels>
+struct Solution {
+  Line<kChannels> line;
+  F a, b, c;
+};
+
 // Least squares: the end points that fit the texels best at the positions they have on `line`. With w the weight of end 1 (of 64) and
 // a = sum (64-w)^2, b = sum (64-w) w, c = sum w^2, the normal equations are a e0 + b e1 = 64 sum (64-w) x, b e0 + c e1 = 64 sum w x.
 template <int kChannels, class Part>
-HWY_INLINE Line<kChannels> refined(const Line<kChannels>& line, unsigned index_bits, const Texels<kChannels>& texels, const Part& part,
-                                   const Moments<kChannels>& m) {
+HWY_INLINE Solution<kChannels> refined(const Line<kChannels>& line, unsigned index_bits, const Texels<kChannels>& texels, const Part& part,
+                                       const Moments<kChannels>& m) {
   const Projection<kChannels> projection(line, index_bits);
   F sum_w = zero(), sum_ww = zero();
   Color<kChannels> x1;
@@ -216,13 +231,14 @@ HWY_INLINE Line<kChannels> refined(const Line<kChannels>& line, unsigned index_b
   // Zero where all texels share one position: both ends are then the mean.
   const FloatMask solvable = hn::Gt(determinant, zero());
   const F scale = hn::Div(full, hn::IfThenElse(solvable, determinant, constant(1.0F)));
-  Line<kChannels> solution;
+  Solution<kChannels> solution;
+  solution.a = a, solution.b = b, solution.c = sum_ww;
   for (int c = 0; c < kChannels; ++c) {
     const F x0 = hn::Sub(hn::Mul(m.sum.c[c], full), x1.c[c]);
     const F end0 = hn::Mul(hn::Sub(hn::Mul(sum_ww, x0), hn::Mul(b, x1.c[c])), scale);
     const F end1 = hn::Mul(hn::Sub(hn::Mul(a, x1.c[c]), hn::Mul(b, x0)), scale);
-    solution.end0.c[c] = hn::IfThenElse(solvable, end0, m.mean.c[c]);
-    solution.end1.c[c] = hn::IfThenElse(solvable, end1, m.mean.c[c]);
+    solution.line.end0.c[c] = hn::IfThenElse(solvable, end0, m.mean.c[c]);
+    solution.line.end1.c[c] = hn::IfThenElse(solvable, end1, m.mean.c[c]);
   }
   return solution;
 }

@@ -14,7 +14,7 @@ constexpr const char* kUpdating = "updating";
 
 // What the numbers of a part are, in the words of its channel.
 Json values_of(const LayerPlan& plan, std::size_t part) {
-  Json values;
+  Json values = Json::parse(plan.part(part).metadata_json);
   values["components"] = plan.part(part).components;
   if (!plan.part(part).unit.empty()) values["unit"] = plan.part(part).unit;
   return values;

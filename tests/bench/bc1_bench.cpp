@@ -1,14 +1,24 @@
-// Mpx/s and PSNR of the BC1 encoder beside stb_dxt in its high-quality mode, one thread.
+// Mpx/s and PSNR of the BC1 encoder at each quality beside stb_dxt in its high-quality mode and libsquish's cluster fit, one thread.
 #include <benchmark/benchmark.h>
 
 #include <string>
 
+#include "builder/encode/bc1_encoder.h"
 #include "tests/encode/bc1_images.h"
+#include "tests/encode/squish_encoder.h"
 
 namespace vt::encode {
 namespace {
 
 using Encoder = std::vector<std::byte> (*)(const Image&);
+
+template <Quality quality>
+std::vector<std::byte> encoded_at(const Image& image) {
+  std::vector<std::byte> blocks(image.width * image.height / 2);
+  encode_bc1_image(image.rgb, image.width, image.height, image.width * 3, 3, quality, blocks);
+  return blocks;
+}
+std::vector<std::byte> encoded_by_cluster_fit(const Image& image) { return encoded_by_squish(image, false); }
 
 void run(benchmark::State& state, const Image& image, Encoder encode) {
   for (auto _ : state) benchmark::DoNotOptimize(encode(image));
@@ -18,7 +28,11 @@ void run(benchmark::State& state, const Image& image, Encoder encode) {
 }
 
 void add(const std::string& name, const Image& image) {
-  for (const auto& [encoder, encode] : {std::pair<const char*, Encoder>{"vt", encoded}, {"stb_hq", encoded_by_stb}})
+  for (const auto& [encoder, encode] : {std::pair<const char*, Encoder>{"fast", encoded_at<Quality::kFast>},
+                                        {"vt", encoded},
+                                        {"best", encoded_at<Quality::kBest>},
+                                        {"stb_hq", encoded_by_stb},
+                                        {"squish_cluster", encoded_by_cluster_fit}})
     benchmark::RegisterBenchmark((name + "/" + encoder).c_str(),
                                  [image, encode = encode](benchmark::State& state) { run(state, image, encode); })
         ->Unit(benchmark::kMillisecond)

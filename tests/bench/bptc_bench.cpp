@@ -2,10 +2,13 @@
 #include <benchmark/benchmark.h>
 
 #include <string>
+#include <type_traits>
 
 #include "store/bc6h.h"
 #include "store/bc7.h"
+#include "tests/encode/bc6h_definition.h"
 #include "tests/encode/bc6h_images.h"
+#include "tests/encode/bc7_definition.h"
 #include "tests/encode/bc7_images.h"
 
 namespace vt::encode {
@@ -40,6 +43,38 @@ void add_bc7(const std::string& name, const RgbaImage& image, int channels) {
     }
     count_texels(state, image.width * image.height);
   })->Unit(benchmark::kMillisecond);
+}
+
+// The plain definitions, one block at a time without vectors: what the encoders' rates are measured against.
+template <std::size_t channels, class Value, class Texels>
+Texels block_of(const std::vector<Value>& values, std::size_t width, std::size_t block) {
+  Texels texels{};
+  const std::size_t corner = block / (width / 4) * 4 * width + block % (width / 4) * 4;
+  for (std::size_t i = 0; i < 16; ++i)
+    for (std::size_t c = 0; c < channels; ++c)
+      texels[i][c] = static_cast<std::remove_cvref_t<decltype(texels[0][0])>>(values[(corner + i / 4 * width + i % 4) * 4 + c]);
+  return texels;
+}
+
+void add_definitions(const RgbaImage& color, const HalfImage& light) {
+  for (const auto& [quality_name, quality] : kQualities) {
+    benchmark::RegisterBenchmark((std::string("bc7/definition/") + quality_name).c_str(), [color,
+                                                                                           quality = quality](benchmark::State& state) {
+      for (auto _ : state)
+        for (std::size_t block = 0; block < color.width * color.height / 16; ++block)
+          benchmark::DoNotOptimize(
+              encode_bc7_block_by_definition(block_of<4, std::byte, RgbaTexels>(color.rgba, color.width, block), quality));
+      count_texels(state, color.width * color.height);
+    })->Unit(benchmark::kMillisecond);
+    benchmark::RegisterBenchmark((std::string("bc6h/definition/") + quality_name).c_str(), [light,
+                                                                                            quality = quality](benchmark::State& state) {
+      for (auto _ : state)
+        for (std::size_t block = 0; block < light.width * light.height / 16; ++block)
+          benchmark::DoNotOptimize(
+              encode_bc6h_block_by_definition(block_of<3, std::uint16_t, HalfTexels>(light.rgba, light.width, block), quality));
+      count_texels(state, light.width * light.height);
+    })->Unit(benchmark::kMillisecond);
+  }
 }
 
 void add_bc6h(const std::string& name, const HalfImage& image) {
@@ -82,6 +117,7 @@ int main(int argc, char** argv) {
   add_bc6h("day", day_image(kEdge, kEdge, 1));
   add_bc6h("night", night_image(kEdge, kEdge, 1));
   add_bc6h("noise_6_octaves", noise_half_image(kEdge, kEdge, 6, 1));
+  add_definitions(RgbaImage(photographic_image(128, 128, 1)), day_image(128, 128, 1));
   benchmark::Initialize(&argc, argv);
   if (benchmark::ReportUnrecognizedArguments(argc, argv)) return 1;
   benchmark::RunSpecifiedBenchmarks();

@@ -136,6 +136,54 @@ TEST_F(VtbuildPack, RemoveTakesALayerAndLeavesTheOthers) {
   EXPECT_EQ(tiles_of(folder_ / "s.vts"), wanted);
 }
 
+// Adds a part of color, a carry layer of that part, and a layer of blobs that color owns.
+void add_family(const std::filesystem::path& path) {
+  auto writer = store::StoreWriter::open(path).value();
+  LayerInfo layer = *writer.find_layer("color");
+  layer.owner = layer.id;
+  layer.is_part = true;
+  layer.name = "color/length";
+  layer.format = TexelFormat::kR16;
+  layer.transfer = Transfer::kLinear;
+  layer.components[0] = {.scale = 0.5, .offset = -100.0};
+  layer.zero_is_nodata = true;
+  const LayerId part = writer.add_layer(layer).value();
+  const std::vector<std::byte> block(2, std::byte{7});
+  if (!writer.put_constant(part, {}, block) || !writer.set_state(part, LayerState::kComplete)) throw std::runtime_error("no part");
+  layer.is_part = false;
+  layer.zero_is_nodata = false;
+  layer.role = LayerRole::kCarry;
+  layer.name = "notes";
+  layer.format = TexelFormat::kBlob;
+  const LayerId notes = writer.add_layer(layer).value();
+  std::vector<std::byte> scratch;
+  if (!writer.put(notes, {}, store::encode_payload(block, store::Compression{}, scratch).value())) throw std::runtime_error("no blob");
+  layer.name = "color/length/carry";
+  layer.owner = part;
+  layer.format = TexelFormat::kRg32Float;
+  if (!writer.add_layer(layer) || !writer.finish()) throw std::runtime_error("no carry");
+}
+
+TEST_F(VtbuildPack, RemoveTakesPartsAndWhatTheyOwnAndSaysSo) {
+  write_sample_store(folder_ / "s.vts");
+  add_family(folder_ / "s.vts");
+  const Outcome info = inspect({"info", "s.vts"});
+  EXPECT_THAT(info.out, AllOf(HasSubstr("r16, part of layer 0, complete"), HasSubstr("component 0 = -100 + 0.5 * sample"),
+                              HasSubstr("code 0 is no data")));
+  std::filesystem::copy_file(folder_ / "s.vts", folder_ / "copy.vts");
+  EXPECT_EQ(inspect({"compare", "s.vts", "copy.vts", "--all", "--progress", "none"}).exit_code, 0);
+  EXPECT_EQ(inspect({"validate", "s.vts"}).exit_code, 0);
+
+  ASSERT_EQ(run({"pack", "s.vts", "-o", "p.vts", "--progress", "none"}).exit_code, 0);
+  EXPECT_THAT(inspect({"info", "p.vts", "--names"}).out, HasSubstr("color/length\n")) << "a part is no working state";
+
+  const Outcome removed = run({"remove", "s.vts", "color"});
+  ASSERT_EQ(removed.exit_code, 0) << removed.err;
+  for (const char* name : {"color, 9 tiles", "color/length, 1 tiles", "notes, 1 tiles", "color/length/carry, 0 tiles"})
+    EXPECT_THAT(removed.out, HasSubstr(std::string("removed layer ") + name));
+  EXPECT_THAT(removed.out, HasSubstr("layers left: elevation\n"));
+}
+
 TEST_F(VtbuildPack, RemoveTakesAllNamesOrNone) {
   write_sample_store(folder_ / "s.vts");
   const Tiles before = tiles_of(folder_ / "s.vts");

@@ -1,5 +1,8 @@
 #include "tests/encode/bc6h_definition.h"
 
+#include <utility>
+#include <vector>
+
 #include "builder/encode/bc6h_block.h"
 #include "store/bc6h_table.h"
 #include "tests/encode/bptc_definition.h"
@@ -132,7 +135,7 @@ Candidate one_subset(const Texels<3>& texels, int passes) {
   Line<3> line = extremes(texels, kWholeBlock, m);
   Candidate best;
   for (int pass = 0; pass < passes; ++pass) {
-    line = refined(line, 4, texels, kWholeBlock, m);
+    line = refined(line, 4, texels, kWholeBlock, m).line;
     const Line<3> kept = with_light_kept(line, 4, texels, kWholeBlock);
     Candidate candidate;
     for (const std::uint32_t row : {13U, 12U, 11U, 10U}) {
@@ -148,13 +151,109 @@ Candidate one_subset(const Texels<3>& texels, int passes) {
   return best;
 }
 
+std::uint32_t subset_mask(std::size_t partition, std::size_t subset) {
+  return subset == 1 ? store::kTwoSubsets[partition] : store::kTwoSubsets[partition] ^ kWholeBlock;
+}
+
+Candidate two_subsets(const Texels<3>& texels, std::size_t partition) {
+  std::array<Line<3>, 2> fitted, kept;
+  for (std::size_t s = 0; s < 2; ++s) {
+    const std::uint32_t mask = subset_mask(partition, s);
+    const Moments<3> m(texels, mask);
+    fitted[s] = extremes(texels, mask, m);
+    for (int pass = 0; pass < 2; ++pass) fitted[s] = refined(fitted[s], 3, texels, mask, m).line;
+    kept[s] = with_light_kept(fitted[s], 3, texels, mask);
+  }
+  Candidate candidate;
+  candidate.choice.partition = static_cast<std::uint32_t>(partition);
+  // Finest first.
+  for (const std::uint32_t row : {2U, 3U, 4U, 0U, 5U, 6U, 7U, 8U, 1U, 9U}) {
+    const store::Bc6hMode& mode = store::kBc6hModes[row];
+    auto& ends = candidate.choice.ends;
+    for (std::size_t s = 0; s < 2; ++s) {
+      ends[2 * s] = nearest(kept[s].end0, mode.base_bits);
+      ends[2 * s + 1] = nearest(kept[s].end1, mode.base_bits);
+    }
+    candidate.choice.mode = row;
+    bool fits = true;
+    for (std::size_t p = 0; p < 4; ++p)
+      for (std::size_t q = 0; q < p; ++q) fits = fits && differences_fit(ends[p], ends[q], mode);
+    if (fits || !mode.transformed) break;
+  }
+  std::array<float, 2> errors{};
+  for (std::size_t s = 0; s < 2; ++s) {
+    candidate.error = 0;
+    evaluate(candidate, s, subset_mask(partition, s), fitted[s], kept[s], texels);
+    errors[s] = candidate.error;
+  }
+  candidate.error = errors[0] + errors[1];
+  return candidate;
+}
+
+// Sums of channels and products over some texels, in the order in which the encoder adds them.
+struct Sums {
+  Color<3> sum{};
+  std::array<Color<3>, 3> rows{};
+
+  void add(const Color<3>& texel) {
+    for (std::size_t c = 0; c < 3; ++c) {
+      sum[c] += texel[c];
+      for (std::size_t d = 0; d < 3; ++d) rows[c][d] += texel[c] * texel[d];
+    }
+  }
+  float off_line(float count) const {
+    std::array<Color<3>, 3> scatter = rows;
+    for (std::size_t c = 0; c < 3; ++c)
+      for (std::size_t d = 0; d < 3; ++d) scatter[c][d] -= sum[c] * sum[d] * (1.0F / count);
+    const Color<3> axis = principal_axis(scatter, 3);
+    Color<3> image{};
+    for (std::size_t c = 0; c < 3; ++c) image[c] = dot(scatter[c], axis);
+    return scatter[0][0] + scatter[1][1] + scatter[2][2] - dot(image, axis) / std::max(dot(axis, axis), 1e-20F);
+  }
+};
+
+// The 32 partitions, best first.
+std::vector<std::size_t> ranked(const Texels<3>& texels) {
+  Texels<3> centred = texels;
+  for (std::size_t c = 0; c < 3; ++c) {
+    float sum = 0;
+    for (const Color<3>& texel : texels) sum += texel[c];
+    for (Color<3>& texel : centred) texel[c] -= std::nearbyint(sum / 16.0F);
+  }
+  Sums total;
+  for (const Color<3>& texel : centred) total.add(texel);
+  std::vector<std::pair<float, std::size_t>> errors;
+  for (std::size_t p = 0; p < 32; ++p) {
+    Sums second, first = total;
+    float count = 0;
+    for (std::size_t i = 0; i < 16; ++i)
+      if (has(store::kTwoSubsets[p], i)) second.add(centred[i]), count += 1;
+    for (std::size_t c = 0; c < 3; ++c) {
+      first.sum[c] -= second.sum[c];
+      for (std::size_t d = 0; d < 3; ++d) first.rows[c][d] -= second.rows[c][d];
+    }
+    errors.emplace_back(first.off_line(16.0F - count) + second.off_line(count), p);
+  }
+  std::sort(errors.begin(), errors.end());
+  std::vector<std::size_t> order;
+  for (const auto& [error, p] : errors) order.push_back(p);
+  return order;
+}
+
 }  // namespace
 
 std::array<std::byte, 16> encode_bc6h_block_by_definition(const HalfTexels& halves, Quality quality) {
   Texels<3> texels{};
   for (std::size_t i = 0; i < 16; ++i)
     for (std::size_t k = 0; k < 3; ++k) texels[i][k] = halves[i][k] == 0x7C00 ? kLargest : halves[i][k] > 0x7C00 ? 0.0F : halves[i][k];
-  const Candidate best = one_subset(texels, quality == Quality::kFast ? 1 : 4);
+  Candidate best = one_subset(texels, quality == Quality::kFast ? 1 : 4);
+  if (quality != Quality::kFast) {
+    const std::vector<std::size_t> order = ranked(texels);
+    for (std::size_t k = 0; k < (quality == Quality::kBest ? 6 : 1); ++k) {
+      const Candidate candidate = two_subsets(texels, order[k]);
+      if (candidate.error < best.error) best = candidate;
+    }
+  }
   std::array<std::byte, 16> block{};
   write_bc6h_block(best.choice, block);
   return block;

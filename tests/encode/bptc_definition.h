@@ -111,7 +111,13 @@ struct Projection {
 };
 
 template <std::size_t n>
-Line<n> refined(const Line<n>& line, unsigned index_bits, const Texels<n>& texels, std::uint32_t subset, const Moments<n>& m) {
+struct Solution {
+  Line<n> line;
+  float a = 0, b = 0, c = 0;  // of the quadratic form that is the error
+};
+
+template <std::size_t n>
+Solution<n> refined(const Line<n>& line, unsigned index_bits, const Texels<n>& texels, std::uint32_t subset, const Moments<n>& m) {
   const Projection<n> projection(line, index_bits);
   float a = 0, b = 0, c = 0;  // integers, exact in any order
   Color<n> x1{};
@@ -122,13 +128,13 @@ Line<n> refined(const Line<n>& line, unsigned index_bits, const Texels<n>& texel
     for (std::size_t k = 0; k < n; ++k) x1[k] += texels[i][k] * w;
   }
   const float determinant = a * c - b * b;
-  Line<n> solution{m.mean, m.mean};
+  Solution<n> solution{.line = {m.mean, m.mean}, .a = a, .b = b, .c = c};
   if (!(determinant > 0)) return solution;
   const float scale = 64.0F / determinant;
   for (std::size_t k = 0; k < n; ++k) {
     const float x0 = m.sum[k] * 64.0F - x1[k];
-    solution.end0[k] = (c * x0 - b * x1[k]) * scale;
-    solution.end1[k] = (a * x1[k] - b * x0) * scale;
+    solution.line.end0[k] = (c * x0 - b * x1[k]) * scale;
+    solution.line.end1[k] = (a * x1[k] - b * x0) * scale;
   }
   return solution;
 }

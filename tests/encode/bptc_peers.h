@@ -1,5 +1,4 @@
-// Decoders of BC7 and unsigned BC6H that others wrote: the OpenGL driver (Mesa's software one where there is no GPU), and OpenImageIO's
-// reader of DDS files. An image is `width` x `height` texels, multiples of 4, of blocks in rows.
+// BC7 and unsigned BC6H decoded by OpenImageIO's reader of DDS files: an independent decoder.
 #pragma once
 
 #include <cstddef>
@@ -13,11 +12,8 @@ namespace vt::encode {
 
 enum class BptcFormat { kBc7, kBc6hUnsigned };
 
-// RGBA, 4 floats a texel; values of BC7 are 0 to 1. Empty when this machine has no OpenGL context or the driver no BPTC; `why` says which.
-[[nodiscard]] std::optional<std::vector<float>> decoded_by_opengl(BptcFormat format, std::span<const std::byte> blocks, std::size_t width,
-                                                                  std::size_t height, std::string& why);
-
-// The same through a file in `folder` with a DX10 header. Channels of BC6H: 3 in the file, alpha 1 here.
+// RGBA, 4 floats a texel, values of BC7 0 to 1 and alpha of BC6H 1, of `width` x `height` texels (multiples of 4) of blocks in rows. Goes
+// through a file in `folder` with a DX10 header. Empty when OpenImageIO refuses it; `why` says how.
 [[nodiscard]] std::optional<std::vector<float>> decoded_by_openimageio(BptcFormat format, std::span<const std::byte> blocks,
                                                                        std::size_t width, std::size_t height, const std::string& folder,
                                                                        std::string& why);

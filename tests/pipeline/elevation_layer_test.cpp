@@ -184,7 +184,7 @@ TEST(ElevationLayer, FillIsStoredButPullsNoMeanDown) {
   const Built filled = built(spec_of(301, 203), holed_terrain, TexelFormat::kR32Float, {{"fill", "-3"}, {"bounds", "yes"}});
   ASSERT_TRUE(plain.reader.has_value() && filled.reader.has_value());
   const LayerInfo& layer = *filled.reader->find_layer("elevation");
-  EXPECT_EQ(nlohmann::json::parse(layer.metadata_json)["settings"]["options"]["fill"], "-3");
+  EXPECT_EQ(nlohmann::json::parse(layer.metadata_json)["filled_m"], -3.0);
   for (int level = 0; level <= layer.finest.value; ++level) {
     const Level l{static_cast<std::uint8_t>(level)};
     const LevelValues without(*plain.reader, *plain.reader->find_layer("elevation"), l);

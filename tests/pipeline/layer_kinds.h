@@ -35,6 +35,13 @@ inline std::vector<Case> cases() {
   const auto height = [holes](std::int64_t x, std::int64_t y, int) {
     return holes(x, y) ? -32768.0 : static_cast<double>((x * 7 + y * 3) % 4000) - 200;
   };
+  // Vectors of any length, and none in the holes.
+  const auto slopes = [holes](std::int64_t x, std::int64_t y, int band) {
+    return holes(x, y) ? 0.0 : band == 2 ? 1.0 : (hash_noise(x, y, band) % 200) / 100.0 - 1.0;
+  };
+  const auto angle = [holes](std::int64_t x, std::int64_t y, int band) {
+    return holes(x, y) ? -32768.0 : static_cast<double>((x + y) % 20 + hash_noise(x, y, band) % 30) - 5.0;
+  };
   return {
       {"opaque_kaiser", {.width = 301, .height = 203}, ChannelType::kColor, "kaiser3", TexelFormat::kRgb8, noisy_code},
       {"opaque_box", {.width = 256, .height = 256}, ChannelType::kColor, "box", TexelFormat::kRgb8, noisy_code},
@@ -85,6 +92,43 @@ inline std::vector<Case> cases() {
        TexelFormat::kRgba8,
        translucent,
        {{"alpha", "associated"}, {"transfer", "linear"}, {"anti-ringing", "yes"}}},
+      {"normal", {.width = 301, .height = 203}, ChannelType::kNormal, "box", TexelFormat::kRgb8, noisy_code},
+      {"normal_rgba16_moments",
+       {.width = 301, .height = 203, .type = SampleType::kFloat32},
+       ChannelType::kNormal,
+       "box",
+       TexelFormat::kRgba16,
+       slopes,
+       {{"moments", "lean"}}},
+      {"normal_bc5", {.width = 130, .height = 203, .bands = 2}, ChannelType::kNormal, "box", TexelFormat::kBc5, noisy_code},
+      {"horizon",
+       {.width = 301, .height = 203, .bands = 2, .type = SampleType::kInt16, .nodata = -32768.0},
+       ChannelType::kHorizon,
+       "box",
+       TexelFormat::kRgba16,
+       angle,
+       {{"angles", "deg"}}},
+      {"horizon_bc5",
+       {.width = 130, .height = 203, .bands = 5, .type = SampleType::kInt16, .nodata = -32768.0},
+       ChannelType::kHorizon,
+       "box",
+       TexelFormat::kBc5,
+       angle,
+       {{"angles", "deg"}, {"span", "-10,60"}}},
+      {"light_halves",
+       {.width = 301, .height = 203, .bands = 4, .alpha = true},
+       ChannelType::kIllumination,
+       "box",
+       TexelFormat::kRgba16Float,
+       translucent},
+      {"light_rgb9e5",
+       {.width = 203, .height = 97, .type = SampleType::kFloat32},
+       ChannelType::kIllumination,
+       "box",
+       TexelFormat::kRgb9e5,
+       [holes](std::int64_t x, std::int64_t y, int band) {
+         return holes(x, y) ? std::nan("") : std::exp2(static_cast<double>(hash_noise(x, y, band) % 20000) / 1000.0 - 5.0);
+       }},
   };
 }
 

@@ -3,10 +3,12 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstring>
 #include <random>
 
 #include "store/bytes.h"
+#include "store/half.h"
 #include "store/texel_decoder.h"
 #include "tests/store/store_support.h"
 
@@ -35,6 +37,23 @@ Texel texel_in_block(const FormatInfo& format, const std::byte* block, std::int6
   return Texel(bytes.begin(), bytes.end());
 }
 
+// Of the 2 x 2 texels around (x, y) that a block of the next finer level covers: to the nearest code, or to the nearest half.
+Texel mean_of_quadrant(const FormatInfo& format, const std::byte* block, std::int64_t x, std::int64_t y) {
+  std::vector<float> samples(16UL * format.channels);
+  decode_texels(format.format, {block, format.block_bytes}, 4, 4, samples);
+  std::vector<float> means;
+  for (std::size_t c = 0; c < format.channels; ++c) {
+    double sum = 0.0;
+    for (const std::int64_t row : {y % 4 / 2 * 2, y % 4 / 2 * 2 + 1})
+      for (const std::int64_t column : {x % 4 / 2 * 2, x % 4 / 2 * 2 + 1})
+        sum += samples[static_cast<std::size_t>(row * 4 + column) * format.channels + c];
+    means.push_back(format.format == TexelFormat::kBc7 ? static_cast<float>(std::floor(sum / 4.0 + 0.5))
+                                                       : float_from_half(half_from_float(static_cast<float>(sum / 4.0))));
+  }
+  const auto bytes = std::as_bytes(std::span(means));
+  return Texel(bytes.begin(), bytes.end());
+}
+
 // Definition: the texel of the nearest present ancestor-or-self tile that covers (x, y); nothing where there is none.
 struct Found {
   Texel texel;
@@ -56,7 +75,8 @@ std::optional<Found> texel_by_definition(const LayerInfo& layer, const Contents&
     const FormatInfo& format = format_info(layer.format);
     const std::int64_t block = (in_y / format.block_edge) * (layer.tile_texels() / format.block_edge) + in_x / format.block_edge;
     const std::byte* bytes = at->second.data() + block * format.block_bytes;
-    return Found{texel_in_block(format, bytes, in_x, in_y), steps};
+    const bool is_mean = steps == 1 && (format.format == TexelFormat::kBc6h || format.format == TexelFormat::kBc7);
+    return Found{is_mean ? mean_of_quadrant(format, bytes, in_x, in_y) : texel_in_block(format, bytes, in_x, in_y), steps};
   }
   return std::nullopt;
 }
@@ -146,7 +166,7 @@ INSTANTIATE_TEST_SUITE_P(Formats, Region,
                          testing::Values(TexelFormat::kRgb8, TexelFormat::kRgba8, TexelFormat::kBc1, TexelFormat::kR32Float,
                                          TexelFormat::kR8, TexelFormat::kRg8, TexelFormat::kR16, TexelFormat::kRg16, TexelFormat::kRgba16,
                                          TexelFormat::kR16Float, TexelFormat::kRg16Float, TexelFormat::kRgba16Float, TexelFormat::kRgb9e5,
-                                         TexelFormat::kBc3, TexelFormat::kBc4, TexelFormat::kBc5),
+                                         TexelFormat::kBc3, TexelFormat::kBc4, TexelFormat::kBc5, TexelFormat::kBc6h, TexelFormat::kBc7),
                          [](const auto& instance) { return std::string(format_info(instance.param).name); });
 
 TEST(ReadRegion, AWholeTileIsTheTile) {

@@ -1,0 +1,134 @@
+#include "builder/channels/horizon_input.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <cstring>
+#include <numbers>
+
+#include "builder/channels/angle.h"
+#include "builder/channels/channel_options.h"
+#include "builder/channels/read_samples.h"
+
+namespace vt::channels {
+namespace {
+
+constexpr auto kRightAngle = static_cast<float>(std::numbers::pi / 2.0);
+constexpr float kBeyondRightAngle = kRightAngle * 1.000001F;  // a right angle in degrees, brought into radians, may round up
+
+template <class T>
+bool decode(const HorizonInput& input, const std::byte* samples, std::int64_t count, const PlaneRow& out) {
+  const std::size_t directions = input.directions();
+  const std::size_t bands = directions * (input.has_deviations ? 2 : 1);
+  const auto radians_per_unit = static_cast<float>(input.radians_per_unit);
+  float* const weight = out[bands];
+  bool all = true;
+  std::array<T, 2 * kMostDirections> texel{};
+  std::array<float, 2 * kMostDirections> angle{};
+  for (std::int64_t i = 0; i < count; ++i, samples += bands * sizeof(T)) {
+    std::memcpy(texel.data(), samples, bands * sizeof(T));
+    bool is_angle = true;
+    for (std::size_t b = 0; b < bands; ++b) {
+      angle[b] = static_cast<float>(texel[b]) * radians_per_unit;
+      is_angle = is_angle && std::abs(angle[b]) <= kBeyondRightAngle;  // false for NaN
+      if (input.layout.nodata)
+        is_angle = is_angle && !equals_nodata(input.layout.type, static_cast<double>(texel[b]), *input.layout.nodata);
+    }
+    if (input.has_deviations)
+      for (std::size_t d = 0; d < directions; ++d) is_angle = is_angle && angle[2 * d + 1] >= 0.0F;
+    for (std::size_t d = 0; d < directions; ++d) {
+      const float mean = std::clamp(angle[input.has_deviations ? 2 * d : d], -kRightAngle, kRightAngle);
+      out[d][i] = is_angle ? mean : 0.0F;
+      if (!input.has_deviations) continue;
+      const float deviation = angle[2 * d + 1];
+      out[directions + d][i] = is_angle ? mean * mean + deviation * deviation : 0.0F;
+    }
+    weight[i] = is_angle ? 1.0F : 0.0F;
+    all = all && is_angle;
+  }
+  return all;
+}
+
+// Without a choice: east and west of two, evenly from north of more.
+Result<std::vector<double>> choose_azimuths(const Options& options, std::size_t directions) {
+  VT_ASSIGN(std::vector<double> azimuths, numbers_of(options, "azimuths"));
+  if (azimuths.empty()) {
+    if (directions == 1)
+      return fail(ErrorCode::kUsage,
+                  "a horizon in one direction needs to be told which; give --azimuths with degrees clockwise from north");
+    if (directions == 2) return std::vector<double>{90.0, 270.0};
+    for (std::size_t d = 0; d < directions; ++d) azimuths.push_back(360.0 * static_cast<double>(d) / static_cast<double>(directions));
+    return azimuths;
+  }
+  if (azimuths.size() != directions)
+    return fail(ErrorCode::kUsage, "option azimuths: " + std::to_string(azimuths.size()) + " directions are named, the bands hold " +
+                                       std::to_string(directions) + "; choose bands with --bands");
+  for (std::size_t d = 0; d < directions; ++d) {
+    if (azimuths[d] < 0.0 || azimuths[d] >= 360.0)
+      return fail(ErrorCode::kUsage, "option azimuths: directions are degrees clockwise from north, from 0 to less than 360");
+    for (std::size_t before = 0; before < d; ++before)
+      if (azimuth_name(azimuths[before]) == azimuth_name(azimuths[d]))
+        return fail(ErrorCode::kUsage, "option azimuths: " + azimuth_name(azimuths[d]) + " is named twice");
+  }
+  return azimuths;
+}
+
+}  // namespace
+
+bool HorizonInput::decode_row(const std::byte* samples, std::int64_t count, const PlaneRow& out) const {
+  switch (layout.type) {
+    case SampleType::kUint8:
+      return decode<std::uint8_t>(*this, samples, count, out);
+    case SampleType::kInt8:
+      return decode<std::int8_t>(*this, samples, count, out);
+    case SampleType::kUint16:
+      return decode<std::uint16_t>(*this, samples, count, out);
+    case SampleType::kInt16:
+      return decode<std::int16_t>(*this, samples, count, out);
+    case SampleType::kUint32:
+      return decode<std::uint32_t>(*this, samples, count, out);
+    case SampleType::kInt32:
+      return decode<std::int32_t>(*this, samples, count, out);
+    case SampleType::kFloat32:
+      return decode<float>(*this, samples, count, out);
+    case SampleType::kFloat64:
+      return decode<double>(*this, samples, count, out);
+  }
+  return false;
+}
+
+std::string azimuth_name(double azimuth_deg) {
+  constexpr std::array<const char*, 8> kPoints{"north", "north-east", "east", "south-east", "south", "south-west", "west", "north-west"};
+  const double eighth = azimuth_deg / 45.0;
+  if (eighth == std::floor(eighth)) return kPoints[static_cast<std::size_t>(eighth) % 8];
+  std::array<char, 16> text{};
+  const bool is_whole = azimuth_deg == std::floor(azimuth_deg);
+  std::snprintf(text.data(), text.size(), is_whole ? "az%03.0f" : "az%05.1f", azimuth_deg);
+  return text.data();
+}
+
+Result<HorizonInput> choose_horizon_input(const Options& options, const SampleLayout& layout) {
+  constexpr std::array<std::string_view, 2> kUnits{"rad", "deg"};
+  constexpr std::array<std::string_view, 2> kDeviations{"none", "given"};
+  VT_ASSIGN(const std::string unit, choice_of(options, "angles", kUnits[0], kUnits));
+  VT_ASSIGN(const std::string deviations, choice_of(options, "deviations", kDeviations[0], kDeviations));
+  HorizonInput input{.layout = layout, .has_deviations = deviations == kDeviations[1]};
+  if (unit == kUnits[1]) input.radians_per_unit = kRadiansPerDegree;
+  if (unit == kUnits[0] && layout.type != SampleType::kFloat32 && layout.type != SampleType::kFloat64)
+    return fail(ErrorCode::kUsage, std::string("horizons from ") + sample_name(layout.type) +
+                                       " samples cannot be radians; if they are degrees, say --angles deg");
+  if (layout.range)
+    return fail(ErrorCode::kUsage,
+                "a range of samples does not apply to horizons, which are angles; for the range that is stored use --span");
+  const std::size_t bands = static_cast<std::size_t>(layout.value_bands);
+  const std::size_t bands_each = input.has_deviations ? 2 : 1;
+  if (layout.has_alpha || bands % bands_each != 0 || bands / bands_each < 1 || bands / bands_each > kMostDirections)
+    return fail(ErrorCode::kUnsupported,
+                "horizons need a band (with --deviations given a pair of bands) for each of 1 to 24 directions, found " +
+                    std::to_string(bands) + "; choose with --bands");
+  VT_ASSIGN(input.azimuths_deg, choose_azimuths(options, bands / bands_each));
+  return input;
+}
+
+}  // namespace vt::channels

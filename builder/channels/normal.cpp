@@ -1,0 +1,342 @@
+// Normals. A number is a component of a unit vector in a declared frame; what averages is the vector. The mean of unit vectors is shorter
+// than one where they differ: its direction is stored, and beside it its length, which tells shading how rough the surface under the texel
+// is (Toksvig 2004). Planes: x, y, z times weight, the weight (1 data, 0 none), then the moments of slopes when they are wanted.
+//
+// Frames. `enu`: x to the east, y to the north, z up, at the texel's own place. `scene`: whatever one frame the scene declares. Vectors
+// are passed on as they are given; nothing is turned from one frame into another.
+//
+// Codes. A component c is code 128 + 127 c, in 16 bits 32768 + 32767 c, rounded: 0 and the ends are exact. Formats with two components
+// leave z to the reader: sqrt(max(0, 1 - x^2 - y^2)). They cannot hold a direction that looks down; such a mean is put on the rim, at z =
+// 0, which the reported angle shows. The length is code 1 to 255 (1 to 65535) for 0 to 1; code 0 is no data. In a bc4 there is no code to
+// spare: no data has length 0.
+
+#include <cmath>
+#include <cstring>
+#include <string>
+
+#include "builder/channels/angle.h"
+#include "builder/channels/channel_makers.h"
+#include "builder/channels/channel_options.h"
+#include "builder/channels/normal_input.h"
+#include "builder/channels/normal_moments.h"
+#include "builder/channels/normal_rows.h"
+#include "builder/channels/unblocked_format.h"
+#include "builder/channels/unorm_code.h"
+#include "store/half.h"
+
+namespace vt::channels {
+namespace {
+
+enum class Frame : std::uint8_t { kEnu, kScene };
+
+struct NormalStyle {
+  TexelFormat format = TexelFormat::kRgb8;
+  Frame frame = Frame::kEnu;
+  bool has_length = true;
+  bool has_moments = false;
+};
+
+struct Vector {
+  float x = 0.0F;
+  float y = 0.0F;
+  float z = 1.0F;
+};
+
+constexpr std::size_t kFirstMoment = 4;
+constexpr std::int64_t kAtOnce = 256;  // texels between the SIMD loop and the codes, on the stack
+
+// Room for what direction_and_length() gives.
+struct DirectionRow {
+  std::array<float, kAtOnce> x, y, z, length;
+
+  void fill(const ConstPlaneRow& planes, std::int64_t first, std::int64_t count) {
+    direction_and_length(static_cast<std::size_t>(count), planes[0] + first, planes[1] + first, planes[2] + first, planes[3] + first,
+                         {x.data(), y.data(), z.data(), length.data()});
+  }
+};
+
+template <class Work>
+void in_pieces(std::int64_t count, const Work& work) {
+  for (std::int64_t first = 0; first < count; first += kAtOnce) work(first, std::min(kAtOnce, count - first));
+}
+
+TexelFormat length_format(TexelFormat direction) {
+  if (direction == TexelFormat::kBc5) return TexelFormat::kBc4;
+  return direction == TexelFormat::kRg16 ? TexelFormat::kR16 : TexelFormat::kR8;
+}
+
+class NormalCodec final : public ChannelCodec {
+ public:
+  NormalCodec(const NormalInput& input, const NormalStyle& style)
+      : input_(input), components_(format_info(style.format).channels), direction_(unorm_code(style.format, -1.0, 1.0, 1)) {
+    source_planes_ = 4;
+    rules_.assign(style.has_moments ? 4 + kMomentPlanes : 4, PlaneRule::kLinear);
+    measures_.push_back({.name = "direction", .unit = "deg"});
+    measures_.push_back({.name = "length", .unit = ""});
+    const bool is_one_texture = components_ == 4;  // x, y, z and the length
+    marks_no_data_ = !style.has_length && !is_one_texture && style.format != TexelFormat::kBc5;
+    add_direction(style);
+    if (style.has_length && !is_one_texture) add_length(length_format(style.format));
+    if (is_one_texture) length_ = unorm_code(style.format, 0.0, 1.0, 1);
+    if (style.has_moments) add_moments();
+  }
+
+  bool decode_row(const std::byte* samples, std::int64_t count, const PlaneRow& out) const override {
+    return input_.decode_row(samples, count, out);
+  }
+
+  void derive_row(std::int64_t count, const PlaneRow& planes) const override {
+    if (planes_with_moments()) moments_from_normals(count, planes, kFirstMoment);
+  }
+
+  Result<void> encode_row(std::size_t part, const RowNeighbourhood& rows, std::int64_t count, std::byte* out) const override {
+    switch (part_kinds_[part]) {
+      case PartKind::kDirection:
+        if (parts_[part].texel_format == TexelFormat::kRgb8) {
+          encode_directions<std::uint8_t, 3>(rows, count, out);
+        } else if (components_ == 4) {
+          encode_directions<std::uint16_t, 4>(rows, count, out);
+        } else {
+          encode_directions<std::uint16_t, 2>(rows, count, out);
+        }
+        break;
+      case PartKind::kLength:
+        if (parts_[part].texel_format == TexelFormat::kR8) {
+          encode_lengths<std::uint8_t>(rows, count, out);
+        } else {
+          encode_lengths<std::uint16_t>(rows, count, out);
+        }
+        break;
+      case PartKind::kMoments:
+        encode_moments(rows.here, kFirstMoment, 4, count, out);
+        break;
+      case PartKind::kCrossMoment:
+        encode_moments(rows.here, kFirstMoment + 4, 1, count, out);
+        break;
+    }
+    return {};
+  }
+
+  // A direction keeps the neighbour's, for the bilinear lookup; that there are no data is said where code 0 says so.
+  void mark_outside(std::size_t part, std::byte* texels, std::int64_t count) const override {
+    const std::size_t texel_bytes = format_info(parts_[part].texel_format).block_bytes;
+    for (std::int64_t i = 0; i < count; ++i, texels += texel_bytes) mark_no_data(part, texels, texel_bytes);
+  }
+
+  void add_errors(std::size_t part, const ConstPlaneRow& reference, const float* stored, std::int64_t count,
+                  std::span<ErrorSum> errors) const override {
+    switch (part_kinds_[part]) {
+      case PartKind::kDirection:
+        return add_direction_errors(reference, stored, count, errors);
+      case PartKind::kLength:
+        return for_each_mean(reference, count, [&](std::int64_t i, const std::array<double, 3>&, double length) {
+          errors[1].add(length_.value(stored[i]) - length);
+        });
+      case PartKind::kMoments:
+        return add_moment_errors(reference, stored, count, errors[2]);
+      case PartKind::kCrossMoment:
+        return;  // of the variance along axes, which is measured, it has no part
+    }
+  }
+
+ private:
+  enum class PartKind : std::uint8_t { kDirection, kLength, kMoments, kCrossMoment };
+
+  [[nodiscard]] bool planes_with_moments() const { return rules_.size() > kFirstMoment; }
+
+  void add_direction(const NormalStyle& style) {
+    const bool is_enu = style.frame == Frame::kEnu;
+    Part part{.format = style.format, .texel_format = unblocked_format(style.format), .zero_is_nodata = marks_no_data_};
+    part.components = is_enu ? std::vector<std::string>{"east", "north", "up"} : std::vector<std::string>{"x", "y", "z"};
+    part.components.resize(std::min<std::size_t>(components_, 3));
+    part.metadata_json = std::string("{\"frame\":\"") + (is_enu ? "enu" : "scene") + "\"" +
+                         (components_ == 2 ? ",\"up\":\"sqrt(max(0, 1 - east^2 - north^2))\"}" : "}");
+    part.ranges.fill(direction_.range);
+    for (std::size_t c = components_; c < 4; ++c) part.ranges[c] = {};
+    if (components_ == 4) {
+      part.components.emplace_back("length");
+      part.ranges[3] = unorm_code(style.format, 0.0, 1.0, 1).range;
+    }
+    add_part(PartKind::kDirection, std::move(part));
+  }
+
+  void add_length(TexelFormat format) {
+    const bool is_block = format == TexelFormat::kBc4;
+    length_ = unorm_code(format, 0.0, 1.0, is_block ? 0 : 1);
+    Part part{.suffix = "length", .format = format, .texel_format = unblocked_format(format), .zero_is_nodata = !is_block};
+    part.components = {"length"};
+    part.ranges[0] = length_.range;
+    add_part(PartKind::kLength, std::move(part));
+  }
+
+  void add_moments() {
+    measures_.push_back({.name = "slope variance", .unit = ""});
+    Part moments{.suffix = "moments", .format = TexelFormat::kRgba16Float, .texel_format = TexelFormat::kRgba16Float};
+    moments.components = {"mean x/z", "mean y/z", "mean (x/z)^2", "mean (y/z)^2"};
+    add_part(PartKind::kMoments, std::move(moments));
+    Part cross{.suffix = "cross_moment", .format = TexelFormat::kR16Float, .texel_format = TexelFormat::kR16Float};
+    cross.components = {"mean (x/z)(y/z)"};
+    add_part(PartKind::kCrossMoment, std::move(cross));
+  }
+
+  void add_part(PartKind kind, Part part) {
+    parts_.push_back(std::move(part));
+    part_kinds_.push_back(kind);
+  }
+
+  // Where a texel has no direction of its own: that of its neighbours together, or straight up.
+  static Vector borrowed_direction(const RowNeighbourhood& rows, std::int64_t i) {
+    Vector sum{0.0F, 0.0F, 0.0F};
+    float weight = 0.0F;
+    for (const ConstPlaneRow& row : {rows.above, rows.here, rows.below})
+      for (std::int64_t x = i - 1; x <= i + 1; ++x) {
+        sum = {sum.x + row[0][x], sum.y + row[1][x], sum.z + row[2][x]};
+        weight += row[3][x];
+      }
+    Vector direction;
+    float length = 0.0F;
+    direction_and_length(1, &sum.x, &sum.y, &sum.z, &weight, {&direction.x, &direction.y, &direction.z, &length});
+    return length >= kLeastLength ? direction : Vector{};
+  }
+
+  template <class Code, std::size_t components>
+  void encode_directions(const RowNeighbourhood& rows, std::int64_t count, std::byte* out) const {
+    DirectionRow row;
+    in_pieces(count, [&](std::int64_t first, std::int64_t piece) {
+      row.fill(rows.here, first, piece);
+      for (std::size_t i = 0; i < static_cast<std::size_t>(piece); ++i, out += components * sizeof(Code)) {
+        Vector direction{row.x[i], row.y[i], row.z[i]};
+        if (row.length[i] < kLeastLength) direction = borrowed_direction(rows, first + static_cast<std::int64_t>(i));
+        if (components == 2 && direction.z < 0.0F) direction = on_rim(direction);
+        std::array<Code, components> texel;
+        texel[0] = static_cast<Code>(direction_.code(direction.x));
+        texel[1] = static_cast<Code>(direction_.code(direction.y));
+        if constexpr (components > 2) texel[2] = static_cast<Code>(direction_.code(direction.z));
+        if constexpr (components > 3) texel[3] = row.length[i] < 0.0F ? Code{0} : static_cast<Code>(length_.code(row.length[i]));
+        if (marks_no_data_ && row.length[i] < 0.0F) texel[0] = 0;
+        std::memcpy(out, texel.data(), sizeof texel);
+      }
+    });
+  }
+
+  static Vector on_rim(const Vector& direction) {
+    const float across = std::sqrt(direction.x * direction.x + direction.y * direction.y);
+    if (across == 0.0F) return {1.0F, 0.0F, 0.0F};  // straight down: the whole rim is equally near
+    return {direction.x / across, direction.y / across, 0.0F};
+  }
+
+  template <class Code>
+  void encode_lengths(const RowNeighbourhood& rows, std::int64_t count, std::byte* out) const {
+    DirectionRow row;
+    in_pieces(count, [&](std::int64_t first, std::int64_t piece) {
+      row.fill(rows.here, first, piece);
+      for (std::size_t i = 0; i < static_cast<std::size_t>(piece); ++i, out += sizeof(Code)) {
+        const Code code = row.length[i] < 0.0F ? Code{0} : static_cast<Code>(length_.code(row.length[i]));
+        std::memcpy(out, &code, sizeof code);
+      }
+    });
+  }
+
+  void mark_no_data(std::size_t part, std::byte* texel, std::size_t texel_bytes) const {
+    switch (part_kinds_[part]) {
+      case PartKind::kDirection:
+        if (marks_no_data_) std::memset(texel, 0, texel_bytes / components_);
+        if (components_ == 4) std::memset(texel + texel_bytes / 4 * 3, 0, texel_bytes / 4);
+        return;
+      case PartKind::kLength:
+        std::memset(texel, 0, texel_bytes);
+        return;
+      case PartKind::kMoments:
+      case PartKind::kCrossMoment:
+        for (std::size_t at = 0; at < texel_bytes; at += sizeof kHalfNoData) std::memcpy(texel + at, &kHalfNoData, sizeof kHalfNoData);
+        return;
+    }
+  }
+
+  // `visit(texel, direction, length)` for each texel with data; the direction is 0, 0, 0 where the normals cancel.
+  template <class Visit>
+  static void for_each_mean(const ConstPlaneRow& reference, std::int64_t count, const Visit& visit) {
+    for (std::int64_t i = 0; i < count; ++i) {
+      const double weight = reference[3][i];
+      if (!(weight > 0.0)) continue;
+      const std::array<double, 3> sum{reference[0][i], reference[1][i], reference[2][i]};
+      const double magnitude = std::sqrt(sum[0] * sum[0] + sum[1] * sum[1] + sum[2] * sum[2]);
+      const double length = std::min(magnitude / weight, 1.0);
+      std::array<double, 3> direction{};
+      if (length >= kLeastLength) direction = {sum[0] / magnitude, sum[1] / magnitude, sum[2] / magnitude};
+      visit(i, direction, length);
+    }
+  }
+
+  void add_direction_errors(const ConstPlaneRow& reference, const float* stored, std::int64_t count, std::span<ErrorSum> errors) const {
+    for_each_mean(reference, count, [&](std::int64_t i, const std::array<double, 3>& wanted, double length) {
+      const float* texel = stored + i * static_cast<std::int64_t>(components_);
+      if (components_ == 4) errors[1].add(length_.value(texel[3]) - length);
+      if (length < kLeastLength) return;  // no direction to be wrong about
+      const double x = direction_.value(texel[0]);
+      const double y = direction_.value(texel[1]);
+      const double z = components_ == 2 ? std::sqrt(std::max(0.0, 1.0 - x * x - y * y)) : direction_.value(texel[2]);
+      const double magnitude = std::sqrt(x * x + y * y + z * z);
+      const std::array<double, 3> is{x / magnitude, y / magnitude, z / magnitude};
+      errors[0].add(angle_between(is, wanted) / kRadiansPerDegree);
+    });
+  }
+
+  static void add_moment_errors(const ConstPlaneRow& reference, const float* stored, std::int64_t count, ErrorSum& error) {
+    for (std::int64_t i = 0; i < count; ++i, stored += 4) {
+      const double weight = reference[3][i];
+      if (!(weight > 0.0)) continue;
+      std::array<double, 4> wanted{};
+      for (std::size_t c = 0; c < 4; ++c) wanted[c] = reference[kFirstMoment + c][i] / weight;
+      error.add(slope_variance({stored[0], stored[1], stored[2], stored[3]}) - slope_variance(wanted));
+    }
+  }
+
+  NormalInput input_;
+  std::size_t components_;
+  bool marks_no_data_ = false;  // in the direction, because nothing else can
+  UnormCode direction_;
+  UnormCode length_;
+  std::vector<PartKind> part_kinds_;
+};
+
+Result<void> check_format(TexelFormat format, Frame frame) {
+  const std::string name(format_info(format).name);
+  switch (format) {
+    case TexelFormat::kRgb8:
+    case TexelFormat::kRgba16:
+      return {};
+    case TexelFormat::kRg16:
+    case TexelFormat::kBc5:
+      if (frame == Frame::kEnu) return {};
+      return fail(ErrorCode::kUnsupported, "normals in the scene's frame cannot be stored as " + name +
+                                               ": it leaves z to be computed as positive, and there z may be negative; use rgb8 or rgba16");
+    case TexelFormat::kBc1:
+    case TexelFormat::kBc3:
+    case TexelFormat::kBc7:
+      return fail(ErrorCode::kUnsupported, "normals cannot be stored as " + name +
+                                               ": its blocks tie x, y and z together, which turns directions by degrees; use bc5");
+    default:
+      return fail(ErrorCode::kUnsupported, "normals cannot be stored as " + name + "; use rgb8, rg16, rgba16 or bc5");
+  }
+}
+
+}  // namespace
+
+MadeCodec make_normal_codec(const ChannelSettings& settings, const SampleLayout& layout) {
+  constexpr std::array<std::string_view, 2> kFrames{"enu", "scene"};
+  constexpr std::array<std::string_view, 2> kMoments{"none", "lean"};
+  VT_ASSIGN(const std::string frame, choice_of(settings.options, "frame", kFrames[0], kFrames));
+  VT_ASSIGN(const std::string moments, choice_of(settings.options, "moments", kMoments[0], kMoments));
+  NormalStyle style{.format = settings.format, .frame = frame == kFrames[0] ? Frame::kEnu : Frame::kScene};
+  VT_ASSIGN(style.has_length, flag_of(settings.options, "length", true));
+  style.has_moments = moments == kMoments[1];
+  VT_CHECK(check_format(style.format, style.frame));
+  if (style.has_moments && style.frame == Frame::kScene)
+    return fail(ErrorCode::kUnsupported,
+                "moments of slopes need a vertical, which only frame enu has; use --frame enu or leave --moments out");
+  VT_ASSIGN(const NormalInput input, choose_normal_input(settings.options, layout));
+  return std::make_unique<const NormalCodec>(input, style);
+}
+
+}  // namespace vt::channels

@@ -1,0 +1,255 @@
+#include "tools/bench_scoreboard.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+namespace vt::bench {
+namespace {
+
+source::GeoTiffSpec raster(std::int64_t width, std::int64_t height, int bands, SampleType type) {
+  source::GeoTiffSpec spec;
+  spec.width = width;
+  spec.height = height;
+  spec.bands = bands;
+  spec.sample_type = type;
+  spec.tile = 16;
+  return spec;
+}
+
+// A hash that looks like noise: the finaliser of MurmurHash3 (Austin Appleby, public domain).
+std::uint32_t noise(std::int64_t x, std::int64_t y) {
+  std::uint32_t h = static_cast<std::uint32_t>(x) * 0x9E3779B1U ^ static_cast<std::uint32_t>(y) * 0x85EBCA77U;
+  h = (h ^ h >> 16U) * 0x85EBCA6BU;
+  h = (h ^ h >> 13U) * 0xC2B2AE35U;
+  return h ^ h >> 16U;
+}
+
+std::vector<PeerRun> gdal_kernels(const std::vector<std::string>& kernels) {
+  std::vector<PeerRun> runs;
+  for (const std::string& kernel : kernels) runs.push_back({kernel, {"-r", kernel}});
+  return runs;
+}
+const std::vector<PeerRun> kPlain = {{"", {}}};
+
+ScoreCase checker() {
+  ScoreCase c;
+  c.test = "sRGB checker of 0 and 255, level 1";
+  c.truth = "188";
+  c.raster = raster(64, 64, 3, SampleType::kUint8);
+  c.value = [](std::int64_t x, std::int64_t y, int) { return (x + y) % 2 == 0 ? 0.0 : 255.0; };
+  c.ours = {{"", {"--channel", "color"}}};
+  c.gdal = gdal_kernels({"average", "cubic", "lanczos"});
+  c.vips = c.maketx = kPlain;
+  c.judge = [](const Pyramid& p) { return fmt::format("{:.0f}", p[1].at(15, 15)); };
+  return c;
+}
+
+ScoreCase clear_texels() {
+  ScoreCase c;
+  c.test = "opaque red beside clear black, odd border, level 1";
+  c.truth = "255,0,0 alpha 128";
+  c.raster = raster(63, 64, 4, SampleType::kUint8);
+  c.raster.last_band_is_alpha = true;
+  c.value = [](std::int64_t x, std::int64_t, int band) { return x % 2 == 0 && (band == 0 || band == 3) ? 255.0 : 0.0; };
+  c.ours = {{"", {"--channel", "color", "--kernel", "box"}}};
+  c.gdal = gdal_kernels({"average"});
+  c.vips = c.maketx = kPlain;
+  c.judge = [](const Pyramid& p) {
+    const LevelValues& level = p[1];
+    const auto text = [&](std::int64_t x) {
+      return fmt::format("{:.0f},{:.0f},{:.0f} alpha {:.0f}", level.at(x, 9, 0), level.at(x, 9, 1), level.at(x, 9, 2), level.at(x, 9, 3));
+    };
+    const std::string inside = text(9);
+    const std::string border = text(level.width - 1);
+    return inside == border ? inside : inside + "; border " + border;
+  };
+  return c;
+}
+
+ScoreCase void_column() {
+  ScoreCase c;
+  c.test = "heights of 100 and a column of voids, nodata declared, level 1";
+  c.truth = "100";
+  c.raster = raster(64, 64, 1, SampleType::kInt16);
+  c.raster.nodata = -32768.0;
+  c.value = [](std::int64_t x, std::int64_t, int) { return x == 20 ? -32768.0 : 100.0; };
+  c.ours = {{"", {"--channel", "elevation"}}};
+  c.gdal = gdal_kernels({"average", "cubic"});
+  c.vips = c.maketx = kPlain;
+  c.judge = [](const Pyramid& p) { return fmt::format("{:.0f}", p[1].at(10, 9)); };
+  return c;
+}
+
+// Overshoot in percent of the step, away from the image's own edges.
+std::string overshoot(const Pyramid& p, double low, double high) {
+  double least = low;
+  double greatest = high;
+  const LevelValues& level = p[1];
+  for (std::int64_t x = 8; x < level.width - 8; ++x) {
+    least = std::min(least, level.at(x, level.height / 2));
+    greatest = std::max(greatest, level.at(x, level.height / 2));
+  }
+  return fmt::format("{:.1f} %", 100.0 * std::max(greatest - high, low - least) / (high - low));
+}
+
+ScoreCase step() {
+  ScoreCase c;
+  c.test = "step from 0 to 1000, overshoot at level 1";
+  c.truth = "0 %";
+  c.raster = raster(128, 64, 1, SampleType::kFloat32);
+  c.value = [](std::int64_t x, std::int64_t, int) { return x < 64 ? 0.0 : 1000.0; };
+  // As light from -1000 to 2000, so that nothing is cut off; codes of light are 11.8 apart, 1.2 % of the step.
+  const std::vector<std::string> light = {"--channel", "color", "--range", "-1000,2000", "--transfer", "linear"};
+  for (const char* kernel : {"box", "mitchell", "kaiser3"}) {
+    std::vector<std::string> arguments = light;
+    arguments.insert(arguments.end(), {"--kernel", kernel});
+    c.ours.emplace_back(kernel, arguments);
+  }
+  std::vector<std::string> limited = light;
+  limited.insert(limited.end(), {"--kernel", "kaiser3", "--anti-ringing", "yes"});
+  c.ours.emplace_back("kaiser3 anti-ringing", limited);
+  c.gdal = gdal_kernels({"average", "cubic", "lanczos"});
+  c.vips = kPlain;
+  c.maketx = {{"box", {}}, {"lanczos3", {"--filter", "lanczos3"}}, {"lanczos3 hicomp", {"--filter", "lanczos3", "--hicomp"}}};
+  c.judge = [](const Pyramid& p) { return overshoot(p, 0.0, 1000.0); };
+  c.judge_ours = [](const Pyramids& layers) {
+    Pyramid codes = layers.at("color");
+    for (double& code : codes[1].values) code = code / 255.0 * 3000.0 - 1000.0;
+    return overshoot(codes, 0.0, 1000.0);
+  };
+  return c;
+}
+
+ScoreCase stripes_of_normals() {
+  ScoreCase c;
+  c.test = "normals tilted by +60 and -60 degrees in stripes, level 1: length of the direction";
+  c.truth = "1 (spread kept: 0.5)";
+  c.raster = raster(64, 64, 3, SampleType::kUint8);
+  c.value = [](std::int64_t x, std::int64_t, int band) {
+    const double tilt = (x % 2 == 0 ? 60.0 : -60.0) * std::numbers::pi / 180.0;
+    const double component = band == 0 ? std::sin(tilt) : band == 1 ? 0.0 : std::cos(tilt);
+    return std::round(128.0 + 127.0 * component);
+  };
+  c.ours = {{"", {"--channel", "normal"}}};
+  c.gdal = gdal_kernels({"average"});
+  c.vips = c.maketx = kPlain;
+  const auto length = [](const LevelValues& level, const auto& component) {
+    double sum = 0.0;
+    for (int band = 0; band < 3; ++band) sum += std::pow(component(level.at(9, 9, band)), 2.0);
+    return std::sqrt(sum);
+  };
+  c.judge = [length](const Pyramid& p) { return fmt::format("{:.2f}", length(p[1], [](double code) { return (code - 128.0) / 127.0; })); };
+  c.judge_ours = [length](const Pyramids& layers) {
+    return fmt::format("{:.2f} (spread kept: {:.2f})", length(layers.at("normal")[1], [](double value) { return value; }),
+                       layers.at("normal/length")[1].at(9, 9));
+  };
+  return c;
+}
+
+ScoreCase odd_ramp() {
+  ScoreCase c;
+  c.test = "ramp of 257 texels, level 1: size, worst place inside and at the edge, in fine texels";
+  c.truth = "129, 0, 0";
+  c.raster = raster(257, 64, 1, SampleType::kFloat32);
+  c.value = [](std::int64_t x, std::int64_t, int) { return static_cast<double>(x) + 0.5; };
+  c.ours = {{"", {"--channel", "elevation"}}};
+  c.gdal = gdal_kernels({"average", "bilinear"});
+  c.vips = c.maketx = kPlain;
+  c.judge = [](const Pyramid& p) {
+    const LevelValues& level = p[1];
+    // Where a texel's centre lies: our grid is 2 texels wide, a stretched one 257 / width.
+    const double scale = level.width == 129 ? 2.0 : 257.0 / static_cast<double>(level.width);
+    double inside = 0.0;
+    for (std::int64_t x = 0; x < level.width - 1; ++x)
+      inside = std::max(inside, std::abs(level.at(x, 16) - (static_cast<double>(x) + 0.5) * scale));
+    // The last texel of 129 stands for column 256 alone; of a stretched one, for its share.
+    const double last = level.width == 129 ? 256.5 : 257.0 - scale / 2.0;
+    return fmt::format("{}, {:.3f}, {:.3f}", level.width, inside, std::abs(level.at(level.width - 1, 16) - last));
+  };
+  return c;
+}
+
+ScoreCase one_nan() {
+  ScoreCase c;
+  c.test = "one NaN: texels without a value at levels 1 to 4";
+  c.truth = "0 or 1 each";
+  c.raster = raster(512, 512, 1, SampleType::kFloat32);
+  c.value = [](std::int64_t x, std::int64_t y, int) { return x == 201 && y == 77 ? std::numeric_limits<double>::quiet_NaN() : 50.0; };
+  c.ours = {{"", {"--channel", "elevation"}}};
+  c.gdal = gdal_kernels({"average", "cubic", "lanczos"});
+  c.vips = c.maketx = kPlain;
+  c.overviews = 4;
+  c.judge = [](const Pyramid& p) {
+    std::string text;
+    for (std::size_t k = 1; k <= 4; ++k)
+      text += fmt::format("{}{}", k > 1 ? "," : "", std::ranges::count_if(p[k].values, [](double v) { return std::isnan(v); }));
+    return text;
+  };
+  return c;
+}
+
+ScoreCase bias() {
+  ScoreCase c;
+  c.test = "random bytes, mean of level 4 less mean of the base";
+  c.truth = "0";
+  c.raster = raster(1024, 1024, 1, SampleType::kUint8);
+  c.value = [](std::int64_t x, std::int64_t y, int) { return static_cast<double>(noise(x, y) & 0xFFU); };
+  // A mean of codes, as the peers make: linear codes.
+  c.ours = {{"", {"--channel", "color", "--transfer", "linear", "--kernel", "box"}}};
+  c.gdal = gdal_kernels({"average", "bilinear", "cubic"});
+  c.vips = c.maketx = kPlain;
+  c.overviews = 4;
+  c.judge = [](const Pyramid& p) {
+    const auto mean = [](const LevelValues& level) {
+      double sum = 0.0;
+      for (const double value : level.values) sum += value;
+      return sum / static_cast<double>(level.values.size());
+    };
+    return fmt::format("{:+.3f}", mean(p[4]) - mean(p[0]));
+  };
+  return c;
+}
+
+ScoreCase classes() {
+  ScoreCase c;
+  c.test = "random classes, 40, 30 and 30 % of the area: shares at level 5";
+  c.truth = "40/30/30";
+  c.raster = raster(1024, 1024, 1, SampleType::kUint8);
+  c.value = [](std::int64_t x, std::int64_t y, int) {
+    const std::uint32_t share = noise(x, y) % 100;
+    return share < 40 ? 1.0 : share < 70 ? 2.0 : 3.0;
+  };
+  c.ours = {{"", {"--channel", "material", "--mixture", "3"}}};
+  c.gdal = gdal_kernels({"mode"});
+  c.vips = {{"mode", {"--region-shrink", "mode"}}};
+  c.overviews = 5;
+  c.judge = [](const Pyramid& p) {
+    std::array<double, 4> counts{};
+    for (const double id : p[5].values)
+      counts[static_cast<std::size_t>(std::clamp(id, 0.0, 3.0))] += 100.0 / static_cast<double>(p[5].values.size());
+    return fmt::format("{:.0f}/{:.0f}/{:.0f}", counts[1], counts[2], counts[3]);
+  };
+  c.judge_ours = [](const Pyramids& layers) {
+    const LevelValues& ids = layers.at("material/classes")[5];
+    const LevelValues& weights = layers.at("material/weights")[5];
+    std::array<double, 4> shares{};
+    for (std::size_t i = 0; i < ids.values.size(); ++i)
+      shares[static_cast<std::size_t>(std::clamp(ids.values[i], 0.0, 3.0))] +=
+          100.0 * weights.values[i] / static_cast<double>(weights.width * weights.height);
+    return fmt::format("{:.0f}/{:.0f}/{:.0f}", shares[1], shares[2], shares[3]);
+  };
+  return c;
+}
+
+}  // namespace
+
+std::vector<ScoreCase> score_cases() {
+  return {checker(), clear_texels(), void_column(), step(), stripes_of_normals(), odd_ramp(), one_nan(), bias(), classes()};
+}
+
+}  // namespace vt::bench
