@@ -41,6 +41,22 @@ TEST(Scoreboard, ClearTexelsLendNoColour) {
   EXPECT_EQ((texel_at<std::uint8_t, 4>(tiles, kTile, Level{0}, 31, 7)), (std::array<std::uint8_t, 4>{255, 0, 0, 128}));
 }
 
+TEST(Scoreboard, OpaqueFormatsOfPicturesWithCoverageAreMadeAndWarnedOf) {
+  const test::TempFolder folder;
+  write_raster(folder / "input.tif", {.width = 64, .height = 64, .bands = 4, .alpha = true},
+               [](std::int64_t x, std::int64_t, int band) { return band == 3 && x < 20 ? 0.0 : 200.0; });
+  LayerRequest request = request_for({folder / "input.tif"}, ChannelType::kColor);
+  for (const auto& [format, advice] : {std::pair{TexelFormat::kBc1, "bc3 or bc7"}, std::pair{TexelFormat::kRgb8, "rgba8"}}) {
+    request.format = format;
+    const auto plan = plan_layer(request, std::nullopt, std::size_t{1} << 20);
+    ASSERT_TRUE(plan.has_value()) << plan.error().message;
+    ASSERT_EQ(plan->warnings.size(), 1U);
+    EXPECT_NE(plan->warnings[0].find(advice), std::string::npos) << plan->warnings[0];
+  }
+  request.format = TexelFormat::kBc7;
+  EXPECT_TRUE(plan_layer(request, std::nullopt, std::size_t{1} << 20)->warnings.empty());
+}
+
 TEST(Scoreboard, VoidsPullNoSurfaceDown) {
   const Tiles tiles =
       build_tiles({.width = 64, .height = 64, .bands = 1, .type = SampleType::kInt16, .nodata = -32768.0}, ChannelType::kElevation, "box",
