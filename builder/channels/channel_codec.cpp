@@ -48,6 +48,8 @@ Result<std::unique_ptr<const ChannelCodec>> make_codec(const ChannelSettings& se
       return make_elevation_codec(settings, layout);
     case ChannelType::kMask:
       return make_mask_codec(settings, layout);
+    case ChannelType::kSensor:
+      return make_sensor_codec(settings, layout);
     case ChannelType::kIllumination:
       return make_illumination_codec(settings, layout);
     case ChannelType::kNormal:
@@ -55,11 +57,10 @@ Result<std::unique_ptr<const ChannelCodec>> make_codec(const ChannelSettings& se
     case ChannelType::kHorizon:
       return make_horizon_codec(settings, layout);
     case ChannelType::kMaterial:
-    case ChannelType::kSensor:
       break;
   }
   return fail(ErrorCode::kUnsupported, "channel '" + std::string(channel_info(settings.channel).name) +
-                                           "' cannot be built yet; color, normal, horizon, elevation, illumination and mask can");
+                                           "' cannot be built yet; color, normal, horizon, elevation, sensor, illumination and mask can");
 }
 
 }  // namespace vt::channels

@@ -23,6 +23,7 @@
 #include "builder/channels/lit_fraction.h"
 #include "builder/channels/unblocked_format.h"
 #include "builder/channels/unorm_code.h"
+#include "builder/channels/unorm_rows.h"
 
 namespace vt::channels {
 namespace {
@@ -37,6 +38,8 @@ struct Horizon {
   float mean = 0.0F;
   float deviation = 0.0F;
 };
+
+constexpr std::int64_t kAtOnce = 256;  // texels of a row that are encoded together
 
 // Where the sun's reach is compared: closer where shadows are long.
 constexpr std::array<double, 6> kSunElevationsDeg{1.0, 3.0, 6.0, 12.0, 20.0, 30.0};
@@ -112,11 +115,11 @@ class HorizonCodec final : public ChannelCodec {
         const Horizon wanted = horizon_at(reference, first_direction_[part] + c / 2, i);
         const double mean = mean_.value(stored[c]);
         const double deviation = deviation_.value(stored[c + 1]);
+        const LitCurve is(mean, deviation);
+        const LitCurve should_be(wanted.mean, wanted.deviation);
         double lit_error = 0.0;
-        for (const double sun_deg : kSunElevationsDeg) {
-          const double sun = sun_deg * kRadiansPerDegree;
-          lit_error += std::abs(lit_fraction(sun, mean, deviation) - lit_fraction(sun, wanted.mean, wanted.deviation));
-        }
+        for (const double sun_deg : kSunElevationsDeg)
+          lit_error += std::abs(is.at(sun_deg * kRadiansPerDegree) - should_be.at(sun_deg * kRadiansPerDegree));
         errors[0].add(lit_error / static_cast<double>(kSunElevationsDeg.size()));
         errors[1].add((mean - static_cast<double>(wanted.mean)) / kRadiansPerDegree);
       }
@@ -169,21 +172,39 @@ class HorizonCodec final : public ChannelCodec {
     return weight > 0.0F ? horizon_of(angle, square, weight) : Horizon{};
   }
 
+  // Pieces of a row on the stack: horizons, their codes, the texels.
   template <class Code>
   void encode(std::size_t part, const RowNeighbourhood& rows, std::int64_t count, std::byte* out) const {
     const float* const weight = rows.here[static_cast<std::size_t>(weight_plane())];
     const std::size_t components = parts_[part].components.size();
-    std::array<Code, 4> texel{};
-    for (std::int64_t i = 0; i < count; ++i, out += components * sizeof(Code)) {
-      const bool has_data = rows.opaque || weight[i] > 0.0F;
+    std::array<float, kAtOnce> mean;
+    std::array<float, kAtOnce> deviation;
+    std::array<std::uint16_t, kAtOnce> mean_codes;
+    std::array<std::uint16_t, kAtOnce> deviation_codes;
+    std::array<Code, 4 * kAtOnce> texels;
+    for (std::int64_t first = 0; first < count; first += kAtOnce) {
+      const auto piece = static_cast<std::size_t>(std::min<std::int64_t>(kAtOnce, count - first));
       for (std::size_t c = 0; c < components; c += 2) {
         const std::size_t direction = first_direction_[part] + c / 2;
-        const Horizon horizon = has_data ? horizon_at(rows.here, direction, i) : borrowed_horizon(rows, direction, i);
-        texel[c] = static_cast<Code>(mean_.code(horizon.mean));
-        texel[c + 1] = static_cast<Code>(deviation_.code(horizon.deviation));
+        for (std::size_t i = 0; i < piece; ++i) {
+          const std::int64_t x = first + static_cast<std::int64_t>(i);
+          const bool has_data = rows.opaque || weight[x] > 0.0F;
+          const Horizon horizon = has_data ? horizon_at(rows.here, direction, x) : borrowed_horizon(rows, direction, x);
+          mean[i] = horizon.mean;
+          deviation[i] = horizon.deviation;
+        }
+        unorm_codes(mean_, piece, mean.data(), mean_codes.data());
+        unorm_codes(deviation_, piece, deviation.data(), deviation_codes.data());
+        for (std::size_t i = 0; i < piece; ++i) {
+          texels[i * components + c] = static_cast<Code>(mean_codes[i]);
+          texels[i * components + c + 1] = static_cast<Code>(deviation_codes[i]);
+        }
       }
-      if (!has_data && !is_block_) texel[0] = 0;
-      std::memcpy(out, texel.data(), components * sizeof(Code));
+      if (!rows.opaque && !is_block_)
+        for (std::size_t i = 0; i < piece; ++i)
+          if (!(weight[first + static_cast<std::int64_t>(i)] > 0.0F)) texels[i * components] = 0;
+      std::memcpy(out, texels.data(), piece * components * sizeof(Code));
+      out += piece * components * sizeof(Code);
     }
   }
 

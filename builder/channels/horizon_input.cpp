@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <cstring>
 #include <numbers>
+#include <span>
 
 #include "builder/channels/angle.h"
 #include "builder/channels/channel_options.h"
@@ -15,38 +16,65 @@ namespace vt::channels {
 namespace {
 
 constexpr auto kRightAngle = static_cast<float>(std::numbers::pi / 2.0);
+constexpr std::int64_t kAtOnce = 256;                         // texels of a row that are read together
 constexpr float kBeyondRightAngle = kRightAngle * 1.000001F;  // a right angle in degrees, brought into radians, may round up
+
+// Bands into `band_planes` as radians, one of each. Returns whether all of them are horizons (or deviations); `is_horizon` tells of each
+// texel.
+template <class T>
+bool read_angles(const HorizonInput& input, const std::byte* samples, std::int64_t count, std::span<float* const> band_planes,
+                 std::uint8_t* is_horizon) {
+  const auto radians_per_unit = static_cast<float>(input.radians_per_unit);
+  const std::size_t texel_bytes = band_planes.size() * sizeof(T);
+  const bool has_nodata = input.layout.nodata.has_value();
+  bool all = true;
+  std::fill_n(is_horizon, count, std::uint8_t{1});
+  for (std::size_t b = 0; b < band_planes.size(); ++b) {
+    const float least = input.has_deviations && b % 2 == 1 ? 0.0F : -kBeyondRightAngle;
+    const std::byte* sample = samples + b * sizeof(T);
+    for (std::int64_t i = 0; i < count; ++i, sample += texel_bytes) {
+      T number;
+      std::memcpy(&number, sample, sizeof number);
+      const float angle = static_cast<float>(number) * radians_per_unit;
+      bool is_angle = angle >= least && angle <= kBeyondRightAngle;  // false for NaN
+      if (has_nodata) is_angle = is_angle && !equals_nodata(input.layout.type, static_cast<double>(number), *input.layout.nodata);
+      band_planes[b][i] = std::min(std::max(angle, -kRightAngle), kRightAngle);
+      is_horizon[i] &= static_cast<std::uint8_t>(is_angle);
+      all = all && is_angle;
+    }
+  }
+  return all;
+}
+
+template <class T>
+bool decode_piece(const HorizonInput& input, const std::byte* samples, std::int64_t count, std::int64_t first, const PlaneRow& out) {
+  const std::size_t directions = input.directions();
+  const std::size_t bands = input.source_planes() - 1;
+  std::array<std::uint8_t, kAtOnce> is_horizon;
+  // Bands in the order of the samples; a deviation goes where its direction's mean square will be.
+  std::array<float*, 2 * kMostDirections> band_planes{};
+  for (std::size_t b = 0; b < bands; ++b) band_planes[b] = out[!input.has_deviations ? b : b % 2 == 0 ? b / 2 : directions + b / 2] + first;
+  const bool all = read_angles<T>(input, samples, count, std::span(band_planes).first(bands), is_horizon.data());
+  if (input.has_deviations)
+    for (std::size_t d = 0; d < directions; ++d)
+      for (std::int64_t i = first; i < first + count; ++i) {
+        const float deviation = out[directions + d][i];
+        out[directions + d][i] = out[d][i] * out[d][i] + deviation * deviation;
+      }
+  std::fill_n(out[bands] + first, count, 1.0F);
+  if (all) return true;
+  for (std::int64_t i = 0; i < count; ++i)
+    if (is_horizon[static_cast<std::size_t>(i)] == 0)
+      for (std::size_t p = 0; p <= bands; ++p) out[p][first + i] = 0.0F;
+  return false;
+}
 
 template <class T>
 bool decode(const HorizonInput& input, const std::byte* samples, std::int64_t count, const PlaneRow& out) {
-  const std::size_t directions = input.directions();
-  const std::size_t bands = directions * (input.has_deviations ? 2 : 1);
-  const auto radians_per_unit = static_cast<float>(input.radians_per_unit);
-  float* const weight = out[bands];
+  const std::int64_t texel_bytes = static_cast<std::int64_t>((input.source_planes() - 1) * sizeof(T));
   bool all = true;
-  std::array<T, 2 * kMostDirections> texel{};
-  std::array<float, 2 * kMostDirections> angle{};
-  for (std::int64_t i = 0; i < count; ++i, samples += bands * sizeof(T)) {
-    std::memcpy(texel.data(), samples, bands * sizeof(T));
-    bool is_angle = true;
-    for (std::size_t b = 0; b < bands; ++b) {
-      angle[b] = static_cast<float>(texel[b]) * radians_per_unit;
-      is_angle = is_angle && std::abs(angle[b]) <= kBeyondRightAngle;  // false for NaN
-      if (input.layout.nodata)
-        is_angle = is_angle && !equals_nodata(input.layout.type, static_cast<double>(texel[b]), *input.layout.nodata);
-    }
-    if (input.has_deviations)
-      for (std::size_t d = 0; d < directions; ++d) is_angle = is_angle && angle[2 * d + 1] >= 0.0F;
-    for (std::size_t d = 0; d < directions; ++d) {
-      const float mean = std::clamp(angle[input.has_deviations ? 2 * d : d], -kRightAngle, kRightAngle);
-      out[d][i] = is_angle ? mean : 0.0F;
-      if (!input.has_deviations) continue;
-      const float deviation = angle[2 * d + 1];
-      out[directions + d][i] = is_angle ? mean * mean + deviation * deviation : 0.0F;
-    }
-    weight[i] = is_angle ? 1.0F : 0.0F;
-    all = all && is_angle;
-  }
+  for (std::int64_t first = 0; first < count; first += kAtOnce)
+    all = decode_piece<T>(input, samples + first * texel_bytes, std::min(kAtOnce, count - first), first, out) && all;
   return all;
 }
 

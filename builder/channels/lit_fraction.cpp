@@ -53,8 +53,4 @@ double normal_distribution(double z) {
   return z < 0.0 ? 1.0 - above : above;
 }
 
-double lit_fraction(double sun_elevation, double mean, double deviation) {
-  return normal_distribution((sun_elevation - mean) / std::sqrt(deviation * deviation + kSunDeviationRad * kSunDeviationRad));
-}
-
 }  // namespace vt::channels

@@ -3,6 +3,7 @@
 // functions, any thread.
 #pragma once
 
+#include <cmath>
 #include <numbers>
 
 namespace vt::channels {
@@ -13,7 +14,22 @@ inline constexpr double kSunDeviationRad = 0.13 * std::numbers::pi / 180.0;
 // The standard normal distribution function, to 2e-6.
 [[nodiscard]] double normal_distribution(double z);
 
-// 0 to 1; radians, `deviation` >= 0. Nothing is divided by 0: the sun has a deviation of its own.
-[[nodiscard]] double lit_fraction(double sun_elevation, double mean, double deviation);
+// Of one distribution of horizons, for several places of the sun. Radians, `deviation` >= 0. Nothing is divided by 0: the sun has a
+// deviation of its own.
+class LitCurve {
+ public:
+  LitCurve(double mean, double deviation)
+      : mean_(mean), steepness_(1.0 / std::sqrt(deviation * deviation + kSunDeviationRad * kSunDeviationRad)) {}
+  // 0 to 1.
+  [[nodiscard]] double at(double sun_elevation) const { return normal_distribution((sun_elevation - mean_) * steepness_); }
+
+ private:
+  double mean_;
+  double steepness_;
+};
+
+[[nodiscard]] inline double lit_fraction(double sun_elevation, double mean, double deviation) {
+  return LitCurve(mean, deviation).at(sun_elevation);
+}
 
 }  // namespace vt::channels

@@ -22,6 +22,7 @@
 #include "builder/channels/normal_rows.h"
 #include "builder/channels/unblocked_format.h"
 #include "builder/channels/unorm_code.h"
+#include "builder/channels/unorm_rows.h"
 #include "store/half.h"
 
 namespace vt::channels {
@@ -52,6 +53,11 @@ struct DirectionRow {
   void fill(const ConstPlaneRow& planes, std::int64_t first, std::int64_t count) {
     direction_and_length(static_cast<std::size_t>(count), planes[0] + first, planes[1] + first, planes[2] + first, planes[3] + first,
                          {x.data(), y.data(), z.data(), length.data()});
+  }
+  void set(std::size_t i, const Vector& direction) {
+    x[i] = direction.x;
+    y[i] = direction.y;
+    z[i] = direction.z;
   }
 };
 
@@ -202,21 +208,34 @@ class NormalCodec final : public ChannelCodec {
   template <class Code, std::size_t components>
   void encode_directions(const RowNeighbourhood& rows, std::int64_t count, std::byte* out) const {
     DirectionRow row;
+    std::array<std::array<std::uint16_t, kAtOnce>, 4> codes;
+    std::array<Code, kAtOnce * components> texels;
     in_pieces(count, [&](std::int64_t first, std::int64_t piece) {
+      const auto texels_here = static_cast<std::size_t>(piece);
       row.fill(rows.here, first, piece);
-      for (std::size_t i = 0; i < static_cast<std::size_t>(piece); ++i, out += components * sizeof(Code)) {
-        Vector direction{row.x[i], row.y[i], row.z[i]};
-        if (row.length[i] < kLeastLength) direction = borrowed_direction(rows, first + static_cast<std::int64_t>(i));
-        if (components == 2 && direction.z < 0.0F) direction = on_rim(direction);
-        std::array<Code, components> texel;
-        texel[0] = static_cast<Code>(direction_.code(direction.x));
-        texel[1] = static_cast<Code>(direction_.code(direction.y));
-        if constexpr (components > 2) texel[2] = static_cast<Code>(direction_.code(direction.z));
-        if constexpr (components > 3) texel[3] = row.length[i] < 0.0F ? Code{0} : static_cast<Code>(length_.code(row.length[i]));
-        if (marks_no_data_ && row.length[i] < 0.0F) texel[0] = 0;
-        std::memcpy(out, texel.data(), sizeof texel);
+      for (std::size_t i = 0; i < texels_here; ++i) {
+        if (row.length[i] < kLeastLength) row.set(i, borrowed_direction(rows, first + static_cast<std::int64_t>(i)));
+        if (components == 2 && row.z[i] < 0.0F) row.set(i, on_rim({row.x[i], row.y[i], row.z[i]}));
       }
+      unorm_codes(direction_, texels_here, row.x.data(), codes[0].data());
+      unorm_codes(direction_, texels_here, row.y.data(), codes[1].data());
+      if (components > 2) unorm_codes(direction_, texels_here, row.z.data(), codes[2].data());
+      if (components > 3) length_codes(row, texels_here, codes[3].data());
+      for (std::size_t i = 0; i < texels_here; ++i)
+        for (std::size_t c = 0; c < components; ++c) texels[i * components + c] = static_cast<Code>(codes[c][i]);
+      if (marks_no_data_)
+        for (std::size_t i = 0; i < texels_here; ++i)
+          if (row.length[i] < 0.0F) texels[i * components] = 0;
+      std::memcpy(out, texels.data(), texels_here * components * sizeof(Code));
+      out += texels_here * components * sizeof(Code);
     });
+  }
+
+  // Code 0 where there are no data.
+  void length_codes(const DirectionRow& row, std::size_t count, std::uint16_t* codes) const {
+    unorm_codes(length_, count, row.length.data(), codes);
+    for (std::size_t i = 0; i < count; ++i)
+      if (row.length[i] < 0.0F) codes[i] = 0;
   }
 
   static Vector on_rim(const Vector& direction) {
@@ -228,12 +247,14 @@ class NormalCodec final : public ChannelCodec {
   template <class Code>
   void encode_lengths(const RowNeighbourhood& rows, std::int64_t count, std::byte* out) const {
     DirectionRow row;
+    std::array<std::uint16_t, kAtOnce> codes;
+    std::array<Code, kAtOnce> texels;
     in_pieces(count, [&](std::int64_t first, std::int64_t piece) {
       row.fill(rows.here, first, piece);
-      for (std::size_t i = 0; i < static_cast<std::size_t>(piece); ++i, out += sizeof(Code)) {
-        const Code code = row.length[i] < 0.0F ? Code{0} : static_cast<Code>(length_.code(row.length[i]));
-        std::memcpy(out, &code, sizeof code);
-      }
+      length_codes(row, static_cast<std::size_t>(piece), codes.data());
+      for (std::size_t i = 0; i < static_cast<std::size_t>(piece); ++i) texels[i] = static_cast<Code>(codes[i]);
+      std::memcpy(out, texels.data(), static_cast<std::size_t>(piece) * sizeof(Code));
+      out += static_cast<std::size_t>(piece) * sizeof(Code);
     });
   }
 
@@ -263,7 +284,8 @@ class NormalCodec final : public ChannelCodec {
       const double magnitude = std::sqrt(sum[0] * sum[0] + sum[1] * sum[1] + sum[2] * sum[2]);
       const double length = std::min(magnitude / weight, 1.0);
       std::array<double, 3> direction{};
-      if (length >= kLeastLength) direction = {sum[0] / magnitude, sum[1] / magnitude, sum[2] / magnitude};
+      const double scale = 1.0 / magnitude;
+      if (length >= kLeastLength) direction = {scale * sum[0], scale * sum[1], scale * sum[2]};
       visit(i, direction, length);
     }
   }
@@ -276,9 +298,8 @@ class NormalCodec final : public ChannelCodec {
       const double x = direction_.value(texel[0]);
       const double y = direction_.value(texel[1]);
       const double z = components_ == 2 ? std::sqrt(std::max(0.0, 1.0 - x * x - y * y)) : direction_.value(texel[2]);
-      const double magnitude = std::sqrt(x * x + y * y + z * z);
-      const std::array<double, 3> is{x / magnitude, y / magnitude, z / magnitude};
-      errors[0].add(angle_between(is, wanted) / kRadiansPerDegree);
+      const double scale = 1.0 / std::sqrt(x * x + y * y + z * z);
+      errors[0].add(angle_between({scale * x, scale * y, scale * z}, wanted) / kRadiansPerDegree);
     });
   }
 

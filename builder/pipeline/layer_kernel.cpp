@@ -58,11 +58,13 @@ Result<pyramid::HalvingKernel> choose_kernel(const LayerRequest& request) {
 }
 
 Result<resample::Method> choose_resampling(const LayerRequest& request) {
-  const bool is_material = request.channel == ChannelType::kMaterial;
-  const resample::Method preset = is_material ? resample::Method::kNearest : resample::Method::kBilinear;
+  const bool is_basis = request.channel == ChannelType::kSensor && request.options.contains("basis");
+  const bool is_classes = request.channel == ChannelType::kMaterial || is_basis;
+  const resample::Method preset = is_classes ? resample::Method::kNearest : resample::Method::kBilinear;
   const resample::Method method = request.resample.value_or(preset);
-  if (is_material && method != resample::Method::kNearest)
-    return fail(ErrorCode::kUsage, std::string("material layers cannot be resampled ") + std::string(resample::method_name(method)) +
+  if (is_classes && method != resample::Method::kNearest)
+    return fail(ErrorCode::kUsage, std::string(is_basis ? "sensor layers with a thermal basis" : "material layers") +
+                                       " cannot be resampled " + std::string(resample::method_name(method)) +
                                        ": between class 2 and class 4 there is no class 3; they use nearest");
   return method;
 }

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "tests/channels/thermal_fixture.h"
 #include "tests/pipeline/small_builds.h"
 
 namespace vt::pipeline {
@@ -115,6 +116,29 @@ inline std::vector<Case> cases() {
        TexelFormat::kBc5,
        angle,
        {{"angles", "deg"}, {"span", "-10,60"}}},
+      {"kelvins",
+       {.width = 203, .height = 97, .bands = 1, .type = SampleType::kFloat32},
+       ChannelType::kSensor,
+       "box",
+       TexelFormat::kR16,
+       [holes](std::int64_t x, std::int64_t y, int) { return holes(x, y) ? std::nan("") : 250.0 + hash_noise(x, y, 0) % 9000 * 0.01; },
+       {{"quantity", "temperature"}, {"band", "3,5"}, {"store", "temperature"}, {"span", "200,400"}}},
+      {"radiance_bc4",
+       {.width = 301, .height = 203, .bands = 1, .type = SampleType::kUint16, .nodata = 0.0},
+       ChannelType::kSensor,
+       "box",
+       TexelFormat::kBc4,
+       [holes](std::int64_t x, std::int64_t y, int) { return holes(x, y) ? 0.0 : 20000.0 + hash_noise(x, y, 0) % 9000; },
+       {{"span", "0,65535"}}},
+      {"thermal_basis",
+       {.width = 301, .height = 203, .bands = 1, .nodata = 0.0},
+       ChannelType::kSensor,
+       "box",
+       TexelFormat::kRgba16,
+       [holes](std::int64_t x, std::int64_t y, int) {
+         return holes(x, y) ? 0.0 : static_cast<double>(1 + hash_noise(x / 5, y / 5, 0) % 66);
+       },
+       {{"basis", test::thermal_library_json()}, {"band", "8,12"}, {"components", "5"}}},
       {"light_halves",
        {.width = 301, .height = 203, .bands = 4, .alpha = true},
        ChannelType::kIllumination,

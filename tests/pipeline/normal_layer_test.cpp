@@ -166,6 +166,9 @@ TEST(NormalLayer, EveryLevelReportsItsAngles) {
     double largest = 0.0;
     for (const auto& level : metadata["quality"][0]["levels"]) largest = std::max(largest, level["max"].get<double>());
     EXPECT_GT(largest, 0.0);
+    RecordProperty(std::string(format_info(format).name) + "_mean_deg",
+                   std::to_string(metadata["quality"][0]["levels"][0]["mean"].get<double>()));
+    RecordProperty(std::string(format_info(format).name) + "_max_deg", std::to_string(largest));
     return largest;
   };
   EXPECT_LE(angles(TexelFormat::kRgb8), 0.392) << "half a step in each of three components: asin(sqrt(3) / 254)";

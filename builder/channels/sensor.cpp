@@ -1,0 +1,219 @@
+// What a sensor sees in its band. Radiance adds up, so it is what averages: temperatures become in-band radiance of a black body
+// (planck.h) sample by sample, and only what is stored may be turned back into kelvin. Reflectance and emissivity average as they are: each
+// is a ratio of radiances, and what it is a ratio to (the light that falls on the place, a black body's radiance there) is common to the
+// samples of one texel, so the mean ratio gives the mean radiance. Planes: value times weight, weight (1 data, 0 none). The mean is over
+// samples that exist; a temperature of 0 K and less, and what is not finite, is none.
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+#include <cstring>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "builder/channels/channel_makers.h"
+#include "builder/channels/channel_options.h"
+#include "builder/channels/number_code.h"
+#include "builder/channels/read_samples.h"
+#include "builder/channels/sensor_quantity.h"
+#include "builder/channels/thermal_codec.h"
+#include "builder/channels/unblocked_format.h"
+
+namespace vt::channels {
+namespace {
+
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+
+class SensorCodec final : public ChannelCodec {
+ public:
+  SensorCodec(const SampleLayout& layout, SensorQuantity quantity, TexelFormat format)
+      : layout_(layout),
+        quantity_(std::move(quantity)),
+        number_(format, quantity_.span.value_or(std::array<double, 2>{}), format == TexelFormat::kR16),
+        is_float_(format == TexelFormat::kR32Float),
+        has_nodata_(format != TexelFormat::kBc4) {
+    source_planes_ = 2;
+    rules_.assign(2, PlaneRule::kLinear);
+    const std::string stored(stored_name(quantity_));
+    parts_.push_back({.format = format,
+                      .texel_format = unblocked_format(format),
+                      .components = {stored},
+                      .unit = quantity_.unit,
+                      .ranges = {number_.range()},
+                      .zero_is_nodata = format == TexelFormat::kR16,
+                      .metadata_json = quantity_.metadata_json});
+    measures_ = {{.name = stored, .unit = quantity_.unit}, {.name = "clipped " + stored, .unit = quantity_.unit}};
+    measures_equivalent_ = quantity_.band != nullptr && !quantity_.stores_temperature;
+    if (measures_equivalent_) measures_.push_back({.name = "equivalent temperature", .unit = "K"});
+    make_table();
+  }
+
+  bool decode_row(const std::byte* samples, std::int64_t count, const PlaneRow& out) const override {
+    switch (layout_.type) {
+      case SampleType::kUint8:
+      case SampleType::kInt8:
+        return decode_codes<std::uint8_t>(samples, count, out);
+      case SampleType::kUint16:
+      case SampleType::kInt16:
+        return decode_codes<std::uint16_t>(samples, count, out);
+      default:
+        return decode_numbers(samples, count, out);
+    }
+  }
+
+  Result<void> encode_row(std::size_t, const RowNeighbourhood& rows, std::int64_t count, std::byte* out) const override {
+    const float* value = rows.here[0];
+    const float* weight = rows.here[1];
+    if (rows.opaque && is_float_ && !quantity_.stores_temperature) {
+      std::memcpy(out, value, static_cast<std::size_t>(count) * sizeof(float));
+      return {};
+    }
+    for (std::int64_t i = 0; i < count; ++i, out += number_.bytes()) {
+      const double wanted = weight[i] > 0.0F ? stored_value(mean_of(value[i], weight[i])) : kNaN;
+      if (std::isfinite(wanted))
+        number_.write(wanted, out);
+      else if (has_nodata_)
+        number_.write_nodata(out);
+      else
+        write_neighbours(rows, i, out);
+    }
+    return {};
+  }
+
+  void mark_outside(std::size_t, std::byte* texels, std::int64_t count) const override {
+    if (!has_nodata_) return;  // blocks have nothing but the neighbour's value to show there
+    for (std::int64_t i = 0; i < count; ++i, texels += number_.bytes()) number_.write_nodata(texels);
+  }
+
+  void add_errors(std::size_t, const ConstPlaneRow& reference, const float* stored, std::int64_t count,
+                  std::span<ErrorSum> errors) const override {
+    for (std::int64_t i = 0; i < count; ++i) {
+      if (reference[1][i] <= 0.0F) continue;
+      const double mean = mean_of(reference[0][i], reference[1][i]);
+      const double wanted = stored_value(mean);
+      if (!std::isfinite(wanted)) continue;
+      const double is = number_.range().offset + number_.range().scale * static_cast<double>(stored[i]);
+      errors[0].add(is - wanted);
+      errors[1].add(std::max({0.0, wanted - number_.greatest(), number_.least() - wanted}));
+      errors[0].add_total(mean, averaged_of_stored(is, mean, wanted));
+      if (!measures_equivalent_ || mean <= 0.0) continue;
+      // As much as the radiance's error would be of temperature.
+      errors[2].add(is == mean ? 0.0 : quantity_.band->temperature(std::max(is, mean * 1e-6)) - quantity_.band->temperature(mean));
+    }
+  }
+
+ private:
+  static double mean_of(float value, float weight) { return weight == 1.0F ? value : static_cast<double>(value) / weight; }
+
+  // What is averaged, of what is stored in place of `wanted`, which stands for `mean`.
+  [[nodiscard]] double averaged_of_stored(double is, double mean, double wanted) const {
+    if (!quantity_.stores_temperature) return is;
+    return is == wanted ? mean : is > 0.0 ? quantity_.band->radiance(is) : 0.0;
+  }
+
+  // What is stored, of what is averaged. NaN: no temperature has such a radiance.
+  [[nodiscard]] double stored_value(double mean) const { return quantity_.stores_temperature ? quantity_.band->temperature(mean) : mean; }
+
+  // What is averaged, of a sample. NaN when it is no data.
+  [[nodiscard]] double averaged_value(double sample) const {
+    if (!std::isfinite(sample) || (layout_.nodata && equals_nodata(layout_.type, sample, *layout_.nodata))) return kNaN;
+    const double value = quantity_.offset + quantity_.scale * sample;
+    const double averaged = quantity_.kind == SensorQuantity::Kind::kTemperature ? quantity_.band->radiance(value) : value;
+    return std::isfinite(static_cast<float>(averaged)) ? averaged : kNaN;
+  }
+
+  // For each sample of 8 or 16 bits, by its bits as an unsigned number.
+  void make_table() {
+    const std::size_t bytes = sample_bytes(layout_.type);
+    if (bytes > 2) return;
+    value_of_code_.resize(std::size_t{1} << (8 * bytes));
+    for (std::size_t code = 0; code < value_of_code_.size(); ++code) {
+      std::array<std::byte, sizeof(double)> sample{};  // as long as read_sample() can want it
+      sample[0] = static_cast<std::byte>(code & 0xFFU);
+      sample[1] = static_cast<std::byte>(code >> 8U);
+      value_of_code_[code] = static_cast<float>(averaged_value(read_sample(layout_.type, sample.data())));
+    }
+  }
+
+  template <class T>
+  bool decode_codes(const std::byte* samples, std::int64_t count, const PlaneRow& out) const {
+    bool opaque = true;
+    for (std::int64_t i = 0; i < count; ++i) {
+      T code;
+      std::memcpy(&code, samples + i * static_cast<std::int64_t>(sizeof code), sizeof code);
+      opaque = set(value_of_code_[code], i, out) && opaque;
+    }
+    return opaque;
+  }
+
+  bool decode_numbers(const std::byte* samples, std::int64_t count, const PlaneRow& out) const {
+    const std::size_t bytes = sample_bytes(layout_.type);
+    bool opaque = true;
+    for (std::int64_t i = 0; i < count; ++i, samples += bytes)
+      opaque = set(static_cast<float>(averaged_value(read_sample(layout_.type, samples))), i, out) && opaque;
+    return opaque;
+  }
+
+  static bool set(float value, std::int64_t i, const PlaneRow& out) {
+    const bool is_data = !std::isnan(value);
+    out[0][i] = is_data ? value : 0.0F;
+    out[1][i] = is_data ? 1.0F : 0.0F;
+    return is_data;
+  }
+
+  // Of a texel without data in a format that cannot say so: the neighbours' mean, or the least that there is.
+  void write_neighbours(const RowNeighbourhood& rows, std::int64_t i, std::byte* out) const {
+    double sum = 0.0;
+    double weight = 0.0;
+    for (const ConstPlaneRow& row : {rows.above, rows.here, rows.below})
+      for (std::int64_t x = i - 1; x <= i + 1; ++x) {
+        sum += static_cast<double>(row[0][x]);
+        weight += static_cast<double>(row[1][x]);
+      }
+    const double value = weight > 0.0 ? stored_value(sum / weight) : number_.least();
+    number_.write(std::isfinite(value) ? value : number_.least(), out);
+  }
+
+  SampleLayout layout_;
+  SensorQuantity quantity_;
+  NumberCode number_;
+  bool is_float_;
+  bool has_nodata_;
+  bool measures_equivalent_ = false;
+  std::vector<float> value_of_code_;
+};
+
+bool is_known_format(TexelFormat format) {
+  return format == TexelFormat::kR32Float || format == TexelFormat::kR16Float || format == TexelFormat::kR16 || format == TexelFormat::kBc4;
+}
+
+bool needs_span(TexelFormat format) { return format == TexelFormat::kR16 || format == TexelFormat::kBc4; }
+
+}  // namespace
+
+MadeCodec make_sensor_codec(const ChannelSettings& settings, const SampleLayout& layout) {
+  if (layout.value_bands != 1 || layout.has_alpha)
+    return fail(ErrorCode::kUnsupported, "a sensor layer is of one band, found " +
+                                             std::to_string(layout.value_bands + (layout.has_alpha ? 1 : 0)) + "; choose with --bands");
+  if (layout.range)
+    return fail(ErrorCode::kUnsupported,
+                "a sensor layer has no black and white to be given as a range; say what samples are worth with "
+                "--input-scale and --input-offset");
+  if (settings.options.contains("basis")) return make_thermal_codec(settings, layout);
+  if (settings.options.contains("components"))
+    return fail(ErrorCode::kUsage, "option components: it is the number of curves of a thermal library; name that with --basis FILE");
+  if (!is_known_format(settings.format))
+    return fail(ErrorCode::kUnsupported, "a sensor layer cannot be stored as " + std::string(format_info(settings.format).name) +
+                                             ", which is for colours; use r32f, r16f, r16 or bc4");
+  VT_ASSIGN(SensorQuantity quantity, sensor_quantity(settings.options));
+  if (needs_span(settings.format) && !quantity.span)
+    return fail(ErrorCode::kUsage, std::string("codes of ") + std::string(format_info(settings.format).name) +
+                                       " need to know what they span; give --span LOW,HIGH in " +
+                                       (quantity.unit.empty() ? "the unit of what is stored" : quantity.unit) + ", or use r32f");
+  return std::make_unique<const SensorCodec>(layout, std::move(quantity), settings.format);
+}
+
+}  // namespace vt::channels
