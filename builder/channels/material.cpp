@@ -102,7 +102,7 @@ class MaterialCodec final : public ChannelCodec {
     }
   }
 
-  void encode_row(std::size_t part, const RowNeighbourhood& rows, std::int64_t count, std::byte* out) const override {
+  Result<void> encode_row(std::size_t part, const RowNeighbourhood& rows, std::int64_t count, std::byte* out) const override {
     if (part == kWeights) {
       encode_weights(rows.here, count, reinterpret_cast<std::uint8_t*>(out));
     } else if (is_16_bit_) {
@@ -110,6 +110,7 @@ class MaterialCodec final : public ChannelCodec {
     } else {
       encode_classes<std::uint8_t>(part, rows.here, count, out);
     }
+    return {};
   }
 
   void mark_outside(std::size_t part, std::byte* texels, std::int64_t count) const override {

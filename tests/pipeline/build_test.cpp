@@ -16,7 +16,6 @@ Tiles tiles_by_definition(const Case& c, const LayerPlan& plan) {
   const channels::ChannelCodec& codec = plan.sampler->codec();
   const LayerInfo& info = plan.info;
   const int planes = codec.planes();
-  const test::PlaneRules rules{{codec.rules().begin(), codec.rules().end()}, codec.weight_plane()};
   test::WholeImage image(info.data, planes);
   resample::BaseChunk chunk;
   EXPECT_TRUE(plan.sampler->load({0, 0, info.data.width, info.data.height}, chunk).has_value());
@@ -61,22 +60,22 @@ Tiles tiles_by_definition(const Case& c, const LayerPlan& plan) {
                     around[r][plane][static_cast<std::size_t>(i)] = image.get(qx + i - 1, qy + static_cast<int>(r) - 1, p);
                   (r == 0 ? rows.above : r == 1 ? rows.here : rows.below)[plane] = around[r][plane].data() + 1;
                 }
-              codec.encode_row(0, rows, 1, out);
+              EXPECT_TRUE(codec.encode_row(0, rows, 1, out).has_value());
             }
             if (px != qx || py != qy) codec.mark_outside(0, out, 1);
             has_data = has_data || image.get(px, py, codec.weight_plane()) > 0.0F;
           }
         if (!has_data) continue;
-        if (format_info(info.format).samples == SampleKind::kBlock) {
+        if (format_info(info.format).block_edge == 4) {
           std::vector<std::byte> blocks(info.tile_payload_bytes());
           encode::encode_blocks(info.format, texels, static_cast<std::size_t>(edge), static_cast<std::size_t>(edge),
-                                static_cast<std::size_t>(edge) * texel_bytes, encode::Quality::kNormal, blocks);
+                                static_cast<std::size_t>(edge) * texel_bytes, plan.request.quality, blocks);
           texels = std::move(blocks);
         }
         tiles.emplace(id, std::move(texels));
       }
     if (level == 0) break;
-    image = test::halve_whole(image, plan.kernel, rules);
+    image = test::halve_whole(image, plan.kernel, {{codec.rules().begin(), codec.rules().end()}, codec.weight_plane()});
   }
   EXPECT_FALSE(c.name.empty());
   return tiles;
@@ -90,6 +89,7 @@ TEST(Build, TilesAreThoseOfTheWholeImageAtAnyThreadCountAndBlockSize) {
     const LayerRequest request = request_of(c, folder / "input.tif");
     auto plan = plan_layer(request, std::nullopt, std::size_t{8} << 20);
     ASSERT_TRUE(plan.has_value()) << c.name << ": " << plan.error().message;
+    if (plan->part(0).ends_at_base) continue;  // the other levels are made after the blocks, by a pass with tests of its own
     const Tiles wanted = tiles_by_definition(c, *plan);
     for (const int threads : {1, 2, 4})
       for (const int block_levels : {1, 2, 5}) {
