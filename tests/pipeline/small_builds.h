@@ -131,16 +131,6 @@ inline Tiles tiles_of(const std::filesystem::path& store_path, const std::string
   return tiles;
 }
 
-// The tiles of all layers that are textures, by the layers' names.
-inline std::map<std::string, Tiles> textures_of(const std::filesystem::path& store_path) {
-  std::map<std::string, Tiles> textures;
-  const auto reader = store::StoreReader::open(store_path);
-  EXPECT_TRUE(reader.has_value()) << reader.error().message;
-  for (const LayerInfo& layer : reader->layers())
-    if (layer.role == LayerRole::kTexture) textures[layer.name] = tiles_of(store_path, layer.name);
-  return textures;
-}
-
 // One texel of a plain format as unsigned bytes or a float, by position on its level.
 template <class T, int kChannels>
 std::array<T, kChannels> texel_at(const Tiles& tiles, int tile_exponent, Level level, std::int64_t x, std::int64_t y) {
