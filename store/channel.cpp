@@ -13,7 +13,7 @@ constexpr std::array<ChannelInfo, 8> kChannels = {{
     {ChannelType::kMaterial, "material", "", TexelFormat::kR32Float, "counts per class, majority at the end"},
     {ChannelType::kSensor, "sensor", "W/(m2 sr)", TexelFormat::kR32Float, "mean of in-band radiance"},
     {ChannelType::kIllumination, "illumination", "W/(m2 sr)", TexelFormat::kRgba32Float, "mean of linear radiance"},
-    {ChannelType::kMask, "mask", "", TexelFormat::kR32Float, "mean coverage"},
+    {ChannelType::kMask, "mask", "", TexelFormat::kR8, "mean coverage"},
 }};
 
 }  // namespace

@@ -58,6 +58,7 @@ std::vector<ChannelJob> channel_jobs() {
     const double length = std::sqrt(east * east + north * north + 1.0);
     return std::round(128.0 + 127.0 * (band == 0 ? east : band == 1 ? north : 1.0) / length);
   };
+  const auto height = [](double x, double y, int) { return 900.0 + 800.0 * hills(x, y); };
   return {
       {"color",
        3,
@@ -74,13 +75,8 @@ std::vector<ChannelJob> channel_jobs() {
        "average",
        {"rgba16", "bc5"},
        {}},
-      {"elevation",
-       1,
-       SampleType::kFloat32,
-       [](double x, double y, int) { return 900.0 + 800.0 * hills(x, y); },
-       "average",
-       {"r32f", "r16f", "r16"},
-       {}},
+      {"elevation", 1, SampleType::kFloat32, height, "average", {"r32f", "r16f"}, {}},
+      {"elevation", 1, SampleType::kFloat32, height, "average", {"r16"}, {"--range", "0,1800"}},
       {"material",
        1,
        SampleType::kUint8,

@@ -56,10 +56,11 @@ class QuantisingSink final : public pyramid::RowSink {
     texels_.resize(static_cast<std::size_t>(width) * texel_bytes_);
   }
   void set_cascade(const pyramid::Cascade& cascade) { cascade_ = &cascade; }
+  [[nodiscard]] const Result<void>& status() const { return status_; }
   void row(int k, std::int64_t y, const channels::RowNeighbourhood& rows) override {
     if (k == 0 && base_passes_) return;
     const std::int64_t width = cascade_->level(k).core.width;
-    codec_.encode_row(0, rows, width, texels_.data());
+    if (status_) status_ = codec_.encode_row(0, rows, width, texels_.data());
     if (kept_ != nullptr)
       keep_row((*kept_)[static_cast<std::size_t>(k)], y, std::span(texels_).first(static_cast<std::size_t>(width) * texel_bytes_),
                texel_bytes_);
@@ -72,6 +73,7 @@ class QuantisingSink final : public pyramid::RowSink {
   std::size_t texel_bytes_;
   std::vector<std::byte> texels_;
   const pyramid::Cascade* cascade_ = nullptr;
+  Result<void> status_;
 };
 
 // Adds up the time between start() and stop().
@@ -233,7 +235,7 @@ class Window {
                    std::span(chunk.texel_row(row), static_cast<std::size_t>(place_.width) * texel_bytes), texel_bytes);
       }
       watch.stop();
-      return {};
+      return sink.status();
     });
   }
 

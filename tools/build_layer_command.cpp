@@ -198,8 +198,10 @@ std::function<Result<int>()> add_layer_command(CLI::App& app, std::shared_ptr<nl
       "for inputs on another grid: bilinear, or nearest, which keeps samples as they are and moves a grid that is off by part "
       "of a texel (default: bilinear, for material nearest)");
   command->add_option("--bands", flags->bands, "bands to use, counted from 1, for example 3,2,1");
-  command->add_option("--range", flags->range,
-                      "LOW,HIGH: sample values that are black and white (default: all of an 8 or 16 bit unsigned type; others need it)");
+  command->add_option(
+      "--range", flags->range,
+      "LOW,HIGH: sample values that are black and white (default: all of an 8 or 16 bit unsigned type; others need it); of elevation "
+      "stored as r16, the lowest and highest height in metres");
   command->add_option("--nodata", flags->nodata, "sample value that means no data, whatever the files say");
   add_channel_options(*command, flags->options);
   flags->build.add_to(*command);

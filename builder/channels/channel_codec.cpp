@@ -1,5 +1,6 @@
 #include "builder/channels/channel_codec.h"
 
+#include <algorithm>
 #include <string>
 
 #include "builder/channels/channel_makers.h"
@@ -8,6 +9,11 @@
 namespace vt::channels {
 
 void ChannelCodec::derive_row(std::int64_t, const PlaneRow&) const {}
+
+bool ChannelCodec::has_data(std::size_t, const ConstPlaneRow& planes, std::int64_t count) const {
+  const float* const weights = planes[static_cast<std::size_t>(weight_plane())];
+  return std::any_of(weights, weights + count, [](float weight) { return weight > 0.0F; });
+}
 
 Result<int> bands_wanted(ChannelType channel, const Options&, int values) {
   switch (channel) {
@@ -27,7 +33,11 @@ Result<int> bands_wanted(ChannelType channel, const Options&, int values) {
   return 1;
 }
 
-bool takes_coverage(ChannelType channel) { return channel == ChannelType::kColor || channel == ChannelType::kIllumination; }
+bool takes_coverage(ChannelType channel) {
+  return channel == ChannelType::kColor || channel == ChannelType::kIllumination || channel == ChannelType::kMask;
+}
+
+bool is_coverage_itself(ChannelType channel, int values) { return channel == ChannelType::kMask && values > 1; }
 
 Result<std::unique_ptr<const ChannelCodec>> make_codec(const ChannelSettings& settings, const SampleLayout& layout) {
   VT_CHECK(check_options(settings.channel, settings.options));
@@ -36,6 +46,8 @@ Result<std::unique_ptr<const ChannelCodec>> make_codec(const ChannelSettings& se
       return make_color_codec(settings, layout);
     case ChannelType::kElevation:
       return make_elevation_codec(settings, layout);
+    case ChannelType::kMask:
+      return make_mask_codec(settings, layout);
     case ChannelType::kSensor:
       return make_sensor_codec(settings, layout);
     case ChannelType::kIllumination:
@@ -45,11 +57,10 @@ Result<std::unique_ptr<const ChannelCodec>> make_codec(const ChannelSettings& se
     case ChannelType::kHorizon:
       return make_horizon_codec(settings, layout);
     case ChannelType::kMaterial:
-    case ChannelType::kMask:
       break;
   }
   return fail(ErrorCode::kUnsupported, "channel '" + std::string(channel_info(settings.channel).name) +
-                                           "' cannot be built yet; color, normal, horizon, elevation, sensor and illumination can");
+                                           "' cannot be built yet; color, normal, horizon, elevation, sensor, illumination and mask can");
 }
 
 }  // namespace vt::channels

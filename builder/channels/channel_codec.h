@@ -70,8 +70,10 @@ struct Part {
   std::array<ComponentRange, 4> ranges = {};      // likewise
   bool zero_is_nodata = false;                    // code 0 of the first component means no data
   bool starts_above_base = false;                 // nothing is stored at the finest level; readers fall back to the next coarser one
+  bool ends_at_base = false;                      // blocks write the finest level only; a pass after them makes the others
   // What else a reader has to know (a table of classes, a frame, a spectral band): a JSON object, whose members become members of the
-  // part's metadata. None of them is called as the builder's own: components, unit, settings, block_levels, recipe, updating, quality.
+  // part's metadata. None of them is called as the builder's own: components, unit, settings, block_levels, recipe, updating, quality,
+  // alpha_coverage.
   std::string metadata_json = "{}";
 };
 
@@ -93,6 +95,10 @@ class ChannelCodec {
   [[nodiscard]] std::span<const PlaneRule> rules() const { return rules_; }
   [[nodiscard]] std::span<const Part> parts() const { return parts_; }
   [[nodiscard]] std::span<const Measure> measures() const { return measures_; }
+  // The coarser levels keep the share of the area whose value exceeds this, see builder/pipeline/coverage_pass.h.
+  [[nodiscard]] std::optional<double> kept_above() const { return kept_above_; }
+  // The surfaces through coarser levels are compared with the finest level, see builder/pipeline/surface_pass.h.
+  [[nodiscard]] bool measures_surface() const { return measures_surface_; }
   // A row of samples already is a row of texels of the first part, byte for byte: encode(decode(samples)) would give the same.
   [[nodiscard]] bool samples_are_texels() const { return samples_are_texels_; }
 
@@ -101,8 +107,12 @@ class ChannelCodec {
   // The remaining planes of `count` texels of the finest level, from their source planes.
   virtual void derive_row(std::int64_t count, const PlaneRow& planes) const;
   // One quantisation: planes to texels of a part. The neighbours lend their values to texels that have none, so that a bilinear lookup at
-  // the edge does not bleed.
-  virtual void encode_row(std::size_t part, const RowNeighbourhood& rows, std::int64_t count, std::byte* out) const = 0;
+  // the edge does not bleed. kInvalidData: a value that the part's format and ranges cannot hold, which is never clamped silently; the
+  // message names the value and says what to set. Then `out` holds nothing of use.
+  [[nodiscard]] virtual Result<void> encode_row(std::size_t part, const RowNeighbourhood& rows, std::int64_t count,
+                                                std::byte* out) const = 0;
+  // Whether any of `count` texels has something to store in a part; tiles without are left out. Here: any weight above 0.
+  [[nodiscard]] virtual bool has_data(std::size_t part, const ConstPlaneRow& planes, std::int64_t count) const;
   // Texels outside the data rectangle, in a tile that also has data: turns a copy of the nearest data texel into what lies outside. `count`
   // texels of part(part).texel_format.
   virtual void mark_outside(std::size_t part, std::byte* texels, std::int64_t count) const = 0;
@@ -117,12 +127,16 @@ class ChannelCodec {
   std::vector<Part> parts_;
   std::vector<Measure> measures_;
   bool samples_are_texels_ = false;
+  std::optional<double> kept_above_;
+  bool measures_surface_ = false;
 };
 
 // Of a raster with `values` bands (coverage not counted), how many a channel reads when the user chooses none. Errors of options as there.
 [[nodiscard]] Result<int> bands_wanted(ChannelType channel, const Options& options, int values);
 // A declared coverage band is read along, as the last sample of a texel; otherwise it is ignored.
 [[nodiscard]] bool takes_coverage(ChannelType channel);
+// Of a raster with `values` bands beside a declared coverage band: that one is the channel's value when the user chooses none.
+[[nodiscard]] bool is_coverage_itself(ChannelType channel, int values);
 
 // kUnsupported when the channel cannot be made from such samples or stored in such a format; the message says why, and what can.
 [[nodiscard]] Result<std::unique_ptr<const ChannelCodec>> make_codec(const ChannelSettings& settings, const SampleLayout& layout);

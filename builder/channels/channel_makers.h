@@ -15,5 +15,6 @@ using MadeCodec = Result<std::unique_ptr<const ChannelCodec>>;
 [[nodiscard]] MadeCodec make_elevation_codec(const ChannelSettings& settings, const SampleLayout& layout);
 [[nodiscard]] MadeCodec make_sensor_codec(const ChannelSettings& settings, const SampleLayout& layout);
 [[nodiscard]] MadeCodec make_illumination_codec(const ChannelSettings& settings, const SampleLayout& layout);
+[[nodiscard]] MadeCodec make_mask_codec(const ChannelSettings& settings, const SampleLayout& layout);
 
 }  // namespace vt::channels

@@ -10,7 +10,9 @@ namespace {
 // In the order of the channels' numbers.
 constexpr auto kOptions = std::to_array<OptionInfo>({
     {ChannelType::kColor, "alpha", "straight|associated",
-     "whether the input's colour is already multiplied by its coverage (default: straight)"},
+     "whether the input's codes are multiplied by their coverage although the file does not say so; files that declare it are understood "
+     "without this (default: straight)"},
+    {ChannelType::kColor, "transfer", "srgb|linear", "what the input's codes mean; the layer's are sRGB in any case (default: srgb)"},
     {ChannelType::kColor, "anti-ringing", "yes|no", "keep overshoot beside edges within the neighbouring texels (default: no)"},
     {ChannelType::kNormal, "frame", "enu|scene",
      "what x, y, z are: east, north, up at each place, or one frame for the whole scene (default: enu)"},
@@ -27,6 +29,18 @@ constexpr auto kOptions = std::to_array<OptionInfo>({
      "whether bands are single angles, or pairs of mean and standard deviation (default: none)"},
     {ChannelType::kHorizon, "span", "LOW,HIGH",
      "degrees that codes are spread over; fewer give low sun finer steps, horizons beyond are clamped (default: -90,90)"},
+    {ChannelType::kElevation, "quantum", "METRES",
+     "step of the codes of r16, which hold --range (of 8 and 16 bit integers: all that the type can say) in 65535 of them (default: the "
+     "finest power of two that does)"},
+    {ChannelType::kElevation, "bounds", "yes|no",
+     "store the least and greatest height under every texel of coarser levels too, as NAME/bounds; twice the data of all levels but the "
+     "finest, for programs that displace or cull (default: no)"},
+    {ChannelType::kElevation, "surface-error", "yes|no",
+     "measure how far the surface through every coarser level lies from the finest, into the layer's metadata (\"surface\"); reads all "
+     "tiles again after the build (default: no)"},
+    {ChannelType::kElevation, "fill", "METRES|none",
+     "height that is stored where there are no data; means of coarser levels leave it out; the metadata say so: \"filled_m\" (default: "
+     "none)"},
     {ChannelType::kSensor, "quantity", "radiance|reflectance|emissivity|temperature", "what the input is (default: radiance)"},
     {ChannelType::kSensor, "band", "LOW,HIGH", "edges of the sensor's band in micrometres"},
     {ChannelType::kSensor, "response", "FILE", "the sensor's relative response over wavelength, CSV or JSON; a band cuts it", true},
@@ -43,6 +57,11 @@ constexpr auto kOptions = std::to_array<OptionInfo>({
     {ChannelType::kIllumination, "scale", "LIGHT",
      "light of the full code of 8 and 16 bit input, of the number 1 of other input (default: 1)"},
     {ChannelType::kIllumination, "unit", "TEXT", "unit of the light (default: W/(m2 sr), or none for codes without a scale)"},
+    {ChannelType::kMask, "inside", "VALUES",
+     "sample values that are inside, with commas between them; all others are outside (default: samples are shares from 0 to 1)"},
+    {ChannelType::kMask, "alpha-coverage", "REF",
+     "for alpha tests: scale every coarser level so that as much of it exceeds REF (0.001 to 0.999) as of the finest; the plain means stay "
+     "as NAME/mean (default: plain means only)"},
 });
 
 std::string names_of(ChannelType channel) {

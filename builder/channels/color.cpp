@@ -1,9 +1,12 @@
-// Colour. A number is a code of the layer's transfer function; what averages is light. Planes: red, green, blue light times weight, then
-// the weight, which is coverage (alpha) where the source has it and 1 or 0 for data and no data otherwise.
+// Colour. A number is a code of a transfer function, the source's own on the way in and the layer's on the way out; what averages is light.
+// Planes: red, green, blue light times weight, then the weight, which is coverage (alpha) where the source has it and 1 or 0 for data and
+// no data otherwise.
 
+#include <array>
 #include <cassert>
 #include <cmath>
 #include <cstring>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -17,16 +20,23 @@
 namespace vt::channels {
 namespace {
 
-// Below half a step of 8-bit coverage nothing of a texel would be seen, and dividing by it would only blow up rounding noise.
-constexpr float kLeastWeight = 0.5F / 255.0F;
+// Below half a step of 8-bit coverage nothing of a texel would be seen.
+constexpr float kLeastSeenWeight = 0.5F / 255.0F;
 
 class ColorCodec final : public ChannelCodec {
  public:
-  ColorCodec(const SampleLayout& layout, Transfer transfer, TexelFormat format)
-      : layout_(layout), transfer_(transfer), table_(code_table(transfer)) {
+  // `transfer` of the texels, `source_transfer` of the samples. `is_associated`: samples are codes that were multiplied by their coverage.
+  ColorCodec(const SampleLayout& layout, Transfer transfer, Transfer source_transfer, bool is_associated, TexelFormat format)
+      : layout_(layout),
+        source_transfer_(source_transfer),
+        is_associated_(is_associated),
+        table_(code_table(transfer)),
+        source_table_(code_table(source_transfer)) {
     source_planes_ = 4;
     rules_.assign(4, PlaneRule::kLinear);
     stores_alpha_ = unblocked_format(format) == TexelFormat::kRgba8;
+    // An opaque format shows whatever has a colour: of a line one texel wide the coarsest levels cover next to nothing.
+    least_weight_ = stores_alpha_ ? kLeastSeenWeight : std::numeric_limits<float>::min();
     const auto channels = static_cast<std::size_t>(format_info(format).channels);
     const std::vector<std::string> names{"red", "green", "blue", "coverage"};
     parts_.push_back({.format = format,
@@ -34,22 +44,24 @@ class ColorCodec final : public ChannelCodec {
                       .components = {names.begin(), names.begin() + static_cast<std::ptrdiff_t>(channels)}});
     measures_.push_back({.name = "light", .unit = ""});
     const bool same_channels = layout.value_bands == 3 && layout.has_alpha == stores_alpha_;
-    samples_are_texels_ = layout.type == SampleType::kUint8 && !layout.range && same_channels && !(layout.has_alpha && layout.nodata);
+    samples_are_texels_ = layout.type == SampleType::kUint8 && !layout.range && same_channels && !(layout.has_alpha && layout.nodata) &&
+                          source_transfer == transfer && !is_associated;
     if (layout.nodata && *layout.nodata >= 0.0 && *layout.nodata <= 255.0 && layout.type == SampleType::kUint8)
       nodata_code_ = static_cast<std::uint8_t>(*layout.nodata);
-    if (layout.type == SampleType::kUint16 && !layout.range) {
+    // Codes that are divided by their coverage lie between the 8-bit ones.
+    if (!layout.range && (layout.type == SampleType::kUint16 || (layout.type == SampleType::kUint8 && is_associated))) {
       light_of_16_bit_.resize(65536);
       for (std::size_t c = 0; c < light_of_16_bit_.size(); ++c)
-        light_of_16_bit_[c] = static_cast<float>(linear_from_code(transfer, static_cast<double>(c) / 65535.0));
+        light_of_16_bit_[c] = static_cast<float>(linear_from_code(source_transfer, static_cast<double>(c) / 65535.0));
     }
   }
 
   bool decode_row(const std::byte* samples, std::int64_t count, const PlaneRow& out) const override {
-    if (layout_.type == SampleType::kUint8 && !layout_.range) return decode_8_bit(samples, count, out);
+    if (layout_.type == SampleType::kUint8 && !layout_.range && !is_associated_) return decode_8_bit(samples, count, out);
     return decode_any(samples, count, out);
   }
 
-  void encode_row(std::size_t, const RowNeighbourhood& rows, std::int64_t count, std::byte* out) const override {
+  Result<void> encode_row(std::size_t, const RowNeighbourhood& rows, std::int64_t count, std::byte* out) const override {
     auto* codes = reinterpret_cast<std::uint8_t*>(out);
     const bool has_alpha = stores_alpha_;
     const std::size_t step = has_alpha ? 4 : 3;
@@ -59,7 +71,7 @@ class ColorCodec final : public ChannelCodec {
     const float* const weight = rows.here[3];
     if (rows.opaque && !has_alpha) {
       rgb8_from_light(red, green, blue, static_cast<std::size_t>(count), table_, codes);
-      return;
+      return {};
     }
     for (std::int64_t i = 0; i < count; ++i, codes += step) {
       const float w = rows.opaque ? 1.0F : weight[i];
@@ -67,7 +79,7 @@ class ColorCodec final : public ChannelCodec {
         codes[0] = table_.code(red[i]);
         codes[1] = table_.code(green[i]);
         codes[2] = table_.code(blue[i]);
-      } else if (w >= kLeastWeight) {
+      } else if (w >= least_weight_) {
         codes[0] = table_.code(red[i] / w);
         codes[1] = table_.code(green[i] / w);
         codes[2] = table_.code(blue[i] / w);
@@ -76,6 +88,7 @@ class ColorCodec final : public ChannelCodec {
       }
       if (has_alpha) codes[3] = alpha_code(w);
     }
+    return {};
   }
 
   void mark_outside(std::size_t, std::byte* texels, std::int64_t count) const override {
@@ -108,7 +121,7 @@ class ColorCodec final : public ChannelCodec {
 
   bool decode_8_bit(const std::byte* samples, std::int64_t count, const PlaneRow& out) const {
     const auto* codes = reinterpret_cast<const std::uint8_t*>(samples);
-    const float* light = table_.light_table().data();
+    const float* light = source_table_.light_table().data();
     float* const red = out[0];
     float* const green = out[1];
     float* const blue = out[2];
@@ -118,7 +131,7 @@ class ColorCodec final : public ChannelCodec {
       if (grey) {
         for (std::int64_t i = 0; i < count; ++i) red[i] = green[i] = blue[i] = light[codes[i]];
       } else {
-        light_from_rgb8(codes, static_cast<std::size_t>(count), table_, red, green, blue);
+        light_from_rgb8(codes, static_cast<std::size_t>(count), source_table_, red, green, blue);
       }
       std::fill_n(weight, count, 1.0F);
       return true;
@@ -160,11 +173,12 @@ class ColorCodec final : public ChannelCodec {
         w = std::clamp(read_sample(layout_.type, samples) / alpha_full, 0.0, 1.0);
         samples += bytes;
       }
-      if (all_nodata || !finite) w = 0.0;
+      if (all_nodata || !finite || !(w > 0.0)) w = 0.0;  // a coverage that is no number is none
       opaque = opaque && w == 1.0;
       out[3][i] = static_cast<float>(w);
       for (std::size_t b = 0; b < 3; ++b) {
-        const double v = value[bands == 1 ? 0 : b];
+        // No colour is more than white: codes of a nearly clear texel are too coarse to be trusted with the division.
+        const double v = is_associated_ ? value[bands == 1 ? 0 : b] / w : value[bands == 1 ? 0 : b];
         out[b][i] = w > 0.0 ? static_cast<float>(w) * light_of(v) : 0.0F;
       }
     }
@@ -172,9 +186,12 @@ class ColorCodec final : public ChannelCodec {
   }
 
   [[nodiscard]] float light_of(double value) const {
-    if (!light_of_16_bit_.empty()) return light_of_16_bit_[static_cast<std::size_t>(value)];
+    if (!light_of_16_bit_.empty()) {
+      const double code = value * (layout_.type == SampleType::kUint8 ? 257.0 : 1.0);
+      return light_of_16_bit_[static_cast<std::size_t>(std::min(code + 0.5, 65535.0))];
+    }
     const std::array<double, 2> range = layout_.range.value_or(std::array<double, 2>{0.0, full_scale(layout_.type)});
-    return static_cast<float>(linear_from_code(transfer_, std::clamp((value - range[0]) / (range[1] - range[0]), 0.0, 1.0)));
+    return static_cast<float>(linear_from_code(source_transfer_, std::clamp((value - range[0]) / (range[1] - range[0]), 0.0, 1.0)));
   }
 
   // A texel without colour of its own. The source's own nodata code if it has one, so that it is given back exactly; else the mean colour
@@ -187,15 +204,18 @@ class ColorCodec final : public ChannelCodec {
     std::array<float, 4> sum{};
     for (const ConstPlaneRow& row : {rows.above, rows.here, rows.below})
       for (std::int64_t x = i - 1; x <= i + 1; ++x)
-        if (row[3][x] >= kLeastWeight)
+        if (row[3][x] >= least_weight_)
           for (std::size_t p = 0; p < 4; ++p) sum[p] += row[p][x];
     for (std::size_t p = 0; p < 3; ++p) codes[p] = sum[3] > 0.0F ? table_.code(sum[p] / sum[3]) : std::uint8_t{0};
   }
 
   SampleLayout layout_;
-  Transfer transfer_;
+  Transfer source_transfer_;
+  bool is_associated_;
   bool stores_alpha_ = false;
-  const CodeTable& table_;
+  float least_weight_ = 0.0F;      // of texels that have a colour
+  const CodeTable& table_;         // of texels
+  const CodeTable& source_table_;  // of 8-bit samples
   std::optional<std::uint8_t> nodata_code_;
   std::vector<float> light_of_16_bit_;
 };
@@ -215,7 +235,18 @@ MadeCodec make_color_codec(const ChannelSettings& settings, const SampleLayout& 
   if (!codes && !layout.range)
     return fail(ErrorCode::kUnsupported, std::string("colour from ") + sample_name(layout.type) +
                                              " samples needs to know which values are black and white; give --range LOW,HIGH");
-  return std::make_unique<const ColorCodec>(layout, settings.transfer, format);
+  constexpr std::array<std::string_view, 2> kTransfers{"srgb", "linear"};
+  VT_ASSIGN(const std::string transfer, choice_of(settings.options, "transfer", "srgb", kTransfers));
+  constexpr std::array<std::string_view, 2> kAlphas{"straight", "associated"};
+  VT_ASSIGN(const std::string alpha, choice_of(settings.options, "alpha", "straight", kAlphas));
+  const bool is_associated = alpha == "associated";
+  if (is_associated && !layout.has_alpha)
+    return fail(ErrorCode::kUsage,
+                "colour can only be multiplied by a coverage that is there, and no band is declared as one; leave --alpha out");
+  if (is_associated && layout.range && (*layout.range)[0] != 0.0)
+    return fail(ErrorCode::kUsage, "colour that is multiplied by its coverage has its black at 0; give --range 0,HIGH");
+  const Transfer source_transfer = transfer == "linear" ? Transfer::kLinear : Transfer::kSrgb;
+  return std::make_unique<const ColorCodec>(layout, settings.transfer, source_transfer, is_associated, format);
 }
 
 }  // namespace vt::channels

@@ -1,24 +1,67 @@
 // Elevation. A number is a height in metres; heights average as they are, over the samples that exist: a void must not pull the surface
-// down. Planes: height times weight, weight (1 data, 0 void). A texel without any data is stored as quiet NaN, never as a height.
+// down. Planes: height times weight, weight (1 data, 0 void) and, for bounds, the least and the greatest height of the finest level under a
+// texel. Stored as floats, halves, or 16-bit codes with one quantum for all of the layer, so that both tiles at an edge decode equal; a
+// texel without any data is NaN or code 0, never a height.
 
+#include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdio>
 #include <cstring>
 #include <limits>
 #include <string>
 
 #include "builder/channels/channel_makers.h"
+#include "builder/channels/channel_options.h"
+#include "builder/channels/height_forms.h"
 #include "builder/channels/read_samples.h"
 
 namespace vt::channels {
 namespace {
 
+constexpr float kNowhere = std::numeric_limits<float>::infinity();  // the least of no heights; its negative is their greatest
+
+std::string number_text(double value) {
+  std::array<char, 32> text{};
+  std::snprintf(text.data(), text.size(), "%.9g", value);
+  return text.data();
+}
+
+struct HeightChoices {
+  TexelFormat format = TexelFormat::kR32Float;
+  CodedHeights codes;         // of kR16
+  bool with_bounds = false;   // the part "bounds"
+  bool with_surface = false;  // measured against the finest level
+  std::optional<float> fill;  // stored instead of "no data"
+};
+
 class ElevationCodec final : public ChannelCodec {
  public:
-  explicit ElevationCodec(const SampleLayout& layout) : layout_(layout) {
+  ElevationCodec(const SampleLayout& layout, const HeightChoices& choices) : layout_(layout), choices_(choices) {
     source_planes_ = 2;
     rules_.assign(2, PlaneRule::kLinear);
-    parts_.push_back({.format = TexelFormat::kR32Float, .texel_format = TexelFormat::kR32Float, .components = {"height"}, .unit = "m"});
+    Part heights{.format = choices.format, .texel_format = choices.format, .components = {"height"}, .unit = "m"};
+    if (choices.format == TexelFormat::kR16) {
+      heights.ranges[0] = {.scale = choices.codes.quantum, .offset = choices.codes.offset};
+      heights.zero_is_nodata = true;
+    }
+    // Whoever reads the heights can tell that some of them may be none.
+    if (choices.fill) heights.metadata_json = R"({"filled_m": )" + number_text(static_cast<double>(*choices.fill)) + "}";
+    parts_.push_back(heights);
     measures_.push_back({.name = "height", .unit = "m"});
+    measures_surface_ = choices.with_surface;
+    if (!choices.with_bounds) return;
+    rules_.push_back(PlaneRule::kLeast);
+    rules_.push_back(PlaneRule::kGreatest);
+    Part bounds = heights;
+    bounds.suffix = "bounds";
+    bounds.format = bounds.texel_format = choices.format == TexelFormat::kR16        ? TexelFormat::kRg16
+                                          : choices.format == TexelFormat::kR16Float ? TexelFormat::kRg16Float
+                                                                                     : TexelFormat::kRg32Float;
+    bounds.components = {"least height", "greatest height"};
+    bounds.ranges[1] = bounds.ranges[0];
+    bounds.starts_above_base = true;  // one height is its own bounds
+    parts_.push_back(std::move(bounds));
   }
 
   bool decode_row(const std::byte* samples, std::int64_t count, const PlaneRow& out) const override {
@@ -43,32 +86,132 @@ class ElevationCodec final : public ChannelCodec {
     return false;
   }
 
-  void encode_row(std::size_t, const RowNeighbourhood& rows, std::int64_t count, std::byte* out) const override {
-    const float* height = rows.here[0];
-    const float* weight = rows.here[1];
-    if (rows.opaque) {
-      std::memcpy(out, height, static_cast<std::size_t>(count) * sizeof(float));
-      return;
-    }
+  void derive_row(std::int64_t count, const PlaneRow& planes) const override {
+    if (!choices_.with_bounds) return;
+    const float* const height = planes[0];
+    const float* const weight = planes[1];
     for (std::int64_t i = 0; i < count; ++i) {
-      const float texel =
-          weight[i] > 0.0F ? (weight[i] == 1.0F ? height[i] : height[i] / weight[i]) : std::numeric_limits<float>::quiet_NaN();
-      std::memcpy(out + i * static_cast<std::int64_t>(sizeof texel), &texel, sizeof texel);
+      const bool is_void = !(weight[i] > 0.0F) && !choices_.fill;
+      const float value = height_of(height[i], weight[i]);
+      planes[2][i] = is_void ? kNowhere : value;
+      planes[3][i] = is_void ? -kNowhere : value;
     }
   }
 
-  void mark_outside(std::size_t, std::byte* texels, std::int64_t count) const override {
-    const float hole = std::numeric_limits<float>::quiet_NaN();
-    for (std::int64_t i = 0; i < count; ++i) std::memcpy(texels + i * static_cast<std::int64_t>(sizeof hole), &hole, sizeof hole);
+  Result<void> encode_row(std::size_t part, const RowNeighbourhood& rows, std::int64_t count, std::byte* out) const override {
+    switch (choices_.format) {
+      case TexelFormat::kR16:
+        return encode(choices_.codes, part, rows, count, out);
+      case TexelFormat::kR16Float:
+        return encode(HalfHeights{}, part, rows, count, out);
+      default:
+        return encode(FloatHeights{}, part, rows, count, out);
+    }
   }
 
-  void add_errors(std::size_t, const ConstPlaneRow& reference, const float* stored, std::int64_t count,
+  // A texel of the kernel "point" may have bounds although its own height is void.
+  bool has_data(std::size_t part, const ConstPlaneRow& planes, std::int64_t count) const override {
+    if (ChannelCodec::has_data(0, planes, count)) return true;
+    if (part == 0) return false;
+    for (std::int64_t i = 0; i < count; ++i) {
+      const bool is_nothing = !(planes[2][i] <= planes[3][i]);
+      const bool is_fill = choices_.fill && planes[2][i] == *choices_.fill && planes[3][i] == *choices_.fill;
+      if (!is_nothing && !is_fill) return true;
+    }
+    return false;
+  }
+
+  void mark_outside(std::size_t part, std::byte* texels, std::int64_t count) const override {
+    const std::int64_t samples = part == 0 ? count : 2 * count;
+    switch (choices_.format) {
+      case TexelFormat::kR16:
+        return repeat(CodedHeights::kNone, texels, samples);
+      case TexelFormat::kR16Float:
+        return repeat(HalfHeights::kNone, texels, samples);
+      default:
+        return repeat(FloatHeights::kNone, texels, samples);
+    }
+  }
+
+  // Bounds have none: they are rounded outward on purpose.
+  void add_errors(std::size_t part, const ConstPlaneRow& reference, const float* stored, std::int64_t count,
                   std::span<ErrorSum> errors) const override {
+    if (part != 0) return;
+    const ComponentRange& range = parts_[0].ranges[0];
     for (std::int64_t i = 0; i < count; ++i)
-      if (reference[1][i] > 0.0F) errors[0].add(static_cast<double>(stored[i]) - static_cast<double>(reference[0][i]) / reference[1][i]);
+      if (reference[1][i] > 0.0F)
+        errors[0].add(range.offset + range.scale * static_cast<double>(stored[i]) - static_cast<double>(reference[0][i]) / reference[1][i]);
   }
 
  private:
+  [[nodiscard]] float height_of(float height, float weight) const {
+    return weight == 1.0F ? height : weight > 0.0F ? height / weight : choices_.fill.value_or(0.0F);
+  }
+
+  template <class Form>
+  Result<void> encode(const Form& form, std::size_t part, const RowNeighbourhood& rows, std::int64_t count, std::byte* out) const {
+    using Sample = typename Form::Sample;
+    const auto put = [&](std::int64_t i, Sample sample) { std::memcpy(out + i * std::int64_t{sizeof sample}, &sample, sizeof sample); };
+    const float* const height = rows.here[0];
+    const float* const weight = rows.here[1];
+    bool all_fit = true;
+    Sample sample{};
+    if (part == 1) {
+      const float* const least = rows.here[2];
+      const float* const greatest = rows.here[3];
+      for (std::int64_t i = 0; i < count; ++i) {
+        const bool is_void = !(least[i] <= greatest[i]);
+        const bool low_fits = form.below(least[i], sample);
+        put(2 * i, is_void ? Form::kNone : sample);
+        const bool high_fits = form.above(greatest[i], sample);
+        put(2 * i + 1, is_void ? Form::kNone : sample);
+        if (!is_void && !low_fits) return misfit(least[i]);
+        if (!is_void && !high_fits) return misfit(greatest[i]);
+      }
+      return {};
+    }
+    if (rows.opaque) {
+      for (std::int64_t i = 0; i < count; ++i) {
+        all_fit = form.nearest(height[i], sample) && all_fit;
+        put(i, sample);
+      }
+    } else {
+      for (std::int64_t i = 0; i < count; ++i) {
+        const bool is_void = !(weight[i] > 0.0F) && !choices_.fill;
+        const bool fits = form.nearest(height_of(height[i], weight[i]), sample);
+        all_fit = all_fit && (fits || is_void);
+        put(i, is_void ? Form::kNone : sample);
+      }
+    }
+    for (std::int64_t i = 0; !all_fit && i < count; ++i) {
+      const bool has_height = rows.opaque || weight[i] > 0.0F || choices_.fill;
+      const float value = rows.opaque ? height[i] : height_of(height[i], weight[i]);
+      if (has_height && !form.nearest(value, sample)) return misfit(value);
+    }
+    return {};
+  }
+
+  [[nodiscard]] Result<void> misfit(float height) const {
+    const std::string what = "height " + number_text(height) + " m ";
+    const std::string else_nodata = "; if it is none, say with --nodata which sample value means no data";
+    switch (choices_.format) {
+      case TexelFormat::kR16:
+        return fail(ErrorCode::kInvalidData, what + "is outside " + number_text(choices_.codes.value(1.0)) + " to " +
+                                                 number_text(choices_.codes.value(CodedHeights::kLargestCode)) +
+                                                 " m, what r16 holds in steps of " + number_text(choices_.codes.quantum) +
+                                                 " m; give --range LOW,HIGH around all heights, or use r32f" + else_nodata);
+      case TexelFormat::kR16Float:
+        return fail(ErrorCode::kInvalidData, what + "is beyond 65504 m, the most that r16f holds; use r16 or r32f" + else_nodata);
+      default:
+        return fail(ErrorCode::kInvalidData, what + "is the mean of samples too large to add" + else_nodata);
+    }
+  }
+
+  template <class Sample>
+  static void repeat(Sample sample, std::byte* out, std::int64_t count) {
+    for (std::int64_t i = 0; i < count; ++i) std::memcpy(out + i * std::int64_t{sizeof sample}, &sample, sizeof sample);
+  }
+
   template <class T>
   bool decode(const std::byte* samples, std::int64_t count, const PlaneRow& out) const {
     const double nodata = layout_.nodata.value_or(std::numeric_limits<double>::quiet_NaN());
@@ -97,18 +240,83 @@ class ElevationCodec final : public ChannelCodec {
   }
 
   SampleLayout layout_;
+  HeightChoices choices_;
 };
+
+// What samples of a type can say, less one value where 65536 of them would leave no code for "no data".
+std::optional<std::array<double, 2>> range_of(SampleType type) {
+  switch (type) {
+    case SampleType::kUint8:
+      return {{0.0, 255.0}};
+    case SampleType::kInt8:
+      return {{-128.0, 127.0}};
+    case SampleType::kUint16:
+      return {{0.0, 65534.0}};
+    case SampleType::kInt16:
+      return {{-32767.0, 32767.0}};
+    case SampleType::kUint32:
+    case SampleType::kInt32:
+    case SampleType::kFloat32:
+    case SampleType::kFloat64:
+      return std::nullopt;
+  }
+  return std::nullopt;
+}
+
+// Codes 1 to 65535 that hold `range` on multiples of `quantum`.
+bool fits(const std::array<double, 2>& range, double quantum) {
+  return std::ceil(range[1] / quantum) - std::floor(range[0] / quantum) <= CodedHeights::kLargestCode - 1.0;
+}
+
+// The smallest power of two that does; powers of two make every height that is decoded exact.
+double finest_quantum(const std::array<double, 2>& range) {
+  double quantum = 0x1p-16;
+  while (!fits(range, quantum)) quantum *= 2.0;
+  return quantum;
+}
+
+Result<CodedHeights> choose_codes(const Options& options, const SampleLayout& layout) {
+  const std::optional<std::array<double, 2>> range = layout.range ? layout.range : range_of(layout.type);
+  if (!range)
+    return fail(ErrorCode::kUsage, std::string("heights from ") + sample_name(layout.type) +
+                                       " samples stored as r16 need to know from where to where they go; give --range LOW,HIGH in metres");
+  constexpr double kFarthest = 1e9;  // metres
+  if (!((*range)[0] < (*range)[1]) || std::abs((*range)[0]) > kFarthest || std::abs((*range)[1]) > kFarthest)
+    return fail(ErrorCode::kUsage, "a range of heights is LOW,HIGH in metres with LOW below HIGH, found " + number_text((*range)[0]) + "," +
+                                       number_text((*range)[1]));
+  VT_ASSIGN(const std::optional<double> asked, number_of(options, "quantum", 1e-5, 1e6));
+  const double quantum = asked.value_or(finest_quantum(*range));
+  if (!fits(*range, quantum))
+    return fail(ErrorCode::kUsage, "steps of " + number_text(quantum) + " m from " + number_text((*range)[0]) + " to " +
+                                       number_text((*range)[1]) + " m are more than the 65535 codes of r16; the finest power of two is " +
+                                       number_text(finest_quantum(*range)) + " m, or give a smaller --range");
+  return CodedHeights{.offset = (std::floor((*range)[0] / quantum) - 1.0) * quantum, .quantum = quantum};
+}
 
 }  // namespace
 
 MadeCodec make_elevation_codec(const ChannelSettings& settings, const SampleLayout& layout) {
-  if (settings.format != TexelFormat::kR32Float)
-    return fail(ErrorCode::kUnsupported,
-                "an elevation layer cannot be stored as " + std::string(format_info(settings.format).name) + "; use r32f");
+  HeightChoices choices{.format = settings.format};
+  if (choices.format != TexelFormat::kR32Float && choices.format != TexelFormat::kR16Float && choices.format != TexelFormat::kR16)
+    return fail(ErrorCode::kUnsupported, "an elevation layer cannot be stored as " + std::string(format_info(settings.format).name) +
+                                             ": eight bits or a block of 4x4 are too coarse for heights; use r32f, r16 or r16f");
   if (layout.value_bands != 1 || layout.has_alpha)
     return fail(ErrorCode::kUnsupported, "elevation needs exactly one band, found " +
                                              std::to_string(layout.value_bands + (layout.has_alpha ? 1 : 0)) + "; choose with --bands");
-  return std::make_unique<const ElevationCodec>(layout);
+  if (choices.format == TexelFormat::kR16) {
+    VT_ASSIGN(choices.codes, choose_codes(settings.options, layout));
+  } else if (settings.options.contains("quantum") || layout.range) {
+    return fail(ErrorCode::kUsage, "a quantum or a range of heights is for layers stored as r16, this one is " +
+                                       std::string(format_info(settings.format).name));
+  }
+  VT_ASSIGN(choices.with_surface, flag_of(settings.options, "surface-error", false));
+  VT_ASSIGN(choices.with_bounds, flag_of(settings.options, "bounds", false));
+  constexpr std::array<std::string_view, 1> kNoFill{"none"};
+  if (!choice_of(settings.options, "fill", "none", kNoFill)) {
+    VT_ASSIGN(const std::optional<double> fill, number_of(settings.options, "fill", -1e6, 1e6));
+    if (fill) choices.fill = static_cast<float>(*fill);
+  }
+  return std::make_unique<const ElevationCodec>(layout, choices);
 }
 
 }  // namespace vt::channels

@@ -89,9 +89,13 @@ class HorizonCodec final : public ChannelCodec {
     }
   }
 
-  void encode_row(std::size_t part, const RowNeighbourhood& rows, std::int64_t count, std::byte* out) const override {
-    if (format_info(parts_[part].texel_format).samples == SampleKind::kUnorm8) return encode<std::uint8_t>(part, rows, count, out);
-    return encode<std::uint16_t>(part, rows, count, out);
+  Result<void> encode_row(std::size_t part, const RowNeighbourhood& rows, std::int64_t count, std::byte* out) const override {
+    if (format_info(parts_[part].texel_format).samples == SampleKind::kUnorm8) {
+      encode<std::uint8_t>(part, rows, count, out);
+    } else {
+      encode<std::uint16_t>(part, rows, count, out);
+    }
+    return {};
   }
 
   void mark_outside(std::size_t part, std::byte* texels, std::int64_t count) const override {

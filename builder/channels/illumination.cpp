@@ -78,7 +78,7 @@ class IlluminationCodec final : public ChannelCodec {
     }
   }
 
-  void encode_row(std::size_t, const RowNeighbourhood& rows, std::int64_t count, std::byte* out) const override {
+  Result<void> encode_row(std::size_t, const RowNeighbourhood& rows, std::int64_t count, std::byte* out) const override {
     if (texels_ == TexelFormat::kRgb9e5) {
       for (std::int64_t i = 0; i < count; ++i) put_texel(out, i, store::pack_rgb9e5(rows.here[0][i], rows.here[1][i], rows.here[2][i]));
     } else if (texels_ == TexelFormat::kRgba32Float) {
@@ -89,6 +89,7 @@ class IlluminationCodec final : public ChannelCodec {
       for (std::int64_t i = 0; i < count; ++i)
         put_texel(out, i, halves({limited(rows.here[0][i]), limited(rows.here[1][i]), limited(rows.here[2][i]), 1.0F}));
     }
+    return {};
   }
 
   // Light beside the data stays for bilinear lookups where coverage can say that it is none; otherwise there is none, but for blocks, whose

@@ -95,20 +95,32 @@ class NormalCodec final : public ChannelCodec {
     if (planes_with_moments()) moments_from_normals(count, planes, kFirstMoment);
   }
 
-  void encode_row(std::size_t part, const RowNeighbourhood& rows, std::int64_t count, std::byte* out) const override {
+  Result<void> encode_row(std::size_t part, const RowNeighbourhood& rows, std::int64_t count, std::byte* out) const override {
     switch (part_kinds_[part]) {
       case PartKind::kDirection:
-        if (parts_[part].texel_format == TexelFormat::kRgb8) return encode_directions<std::uint8_t, 3>(rows, count, out);
-        if (components_ == 4) return encode_directions<std::uint16_t, 4>(rows, count, out);
-        return encode_directions<std::uint16_t, 2>(rows, count, out);
+        if (parts_[part].texel_format == TexelFormat::kRgb8) {
+          encode_directions<std::uint8_t, 3>(rows, count, out);
+        } else if (components_ == 4) {
+          encode_directions<std::uint16_t, 4>(rows, count, out);
+        } else {
+          encode_directions<std::uint16_t, 2>(rows, count, out);
+        }
+        break;
       case PartKind::kLength:
-        if (parts_[part].texel_format == TexelFormat::kR8) return encode_lengths<std::uint8_t>(rows, count, out);
-        return encode_lengths<std::uint16_t>(rows, count, out);
+        if (parts_[part].texel_format == TexelFormat::kR8) {
+          encode_lengths<std::uint8_t>(rows, count, out);
+        } else {
+          encode_lengths<std::uint16_t>(rows, count, out);
+        }
+        break;
       case PartKind::kMoments:
-        return encode_moments(rows.here, kFirstMoment, 4, count, out);
+        encode_moments(rows.here, kFirstMoment, 4, count, out);
+        break;
       case PartKind::kCrossMoment:
-        return encode_moments(rows.here, kFirstMoment + 4, 1, count, out);
+        encode_moments(rows.here, kFirstMoment + 4, 1, count, out);
+        break;
     }
+    return {};
   }
 
   // A direction keeps the neighbour's, for the bilinear lookup; that there are no data is said where code 0 says so.

@@ -64,12 +64,12 @@ class SensorCodec final : public ChannelCodec {
     }
   }
 
-  void encode_row(std::size_t, const RowNeighbourhood& rows, std::int64_t count, std::byte* out) const override {
+  Result<void> encode_row(std::size_t, const RowNeighbourhood& rows, std::int64_t count, std::byte* out) const override {
     const float* value = rows.here[0];
     const float* weight = rows.here[1];
     if (rows.opaque && is_float_ && !quantity_.stores_temperature) {
       std::memcpy(out, value, static_cast<std::size_t>(count) * sizeof(float));
-      return;
+      return {};
     }
     for (std::int64_t i = 0; i < count; ++i, out += number_.bytes()) {
       const double wanted = weight[i] > 0.0F ? stored_value(mean_of(value[i], weight[i])) : kNaN;
@@ -80,6 +80,7 @@ class SensorCodec final : public ChannelCodec {
       else
         write_neighbours(rows, i, out);
     }
+    return {};
   }
 
   void mark_outside(std::size_t, std::byte* texels, std::int64_t count) const override {

@@ -87,7 +87,7 @@ class ThermalCodec final : public ChannelCodec {
     return opaque;
   }
 
-  void encode_row(std::size_t part, const RowNeighbourhood& rows, std::int64_t count, std::byte* out) const override {
+  Result<void> encode_row(std::size_t part, const RowNeighbourhood& rows, std::int64_t count, std::byte* out) const override {
     const PartCodes& codes = codes_[part];
     const float* weight = rows.here[components_];
     for (std::int64_t i = 0; i < count; ++i)
@@ -103,6 +103,7 @@ class ThermalCodec final : public ChannelCodec {
         else
           number.write(mean_around(rows, plane, i), out);
       }
+    return {};
   }
 
   void mark_outside(std::size_t part, std::byte* texels, std::int64_t count) const override {

@@ -10,10 +10,6 @@
 namespace vt::encode {
 namespace {
 
-bool any_positive(const float* weights, std::int64_t count) {
-  return std::any_of(weights, weights + count, [](float w) { return w > 0.0F; });
-}
-
 channels::ConstPlaneRow shifted(const channels::ConstPlaneRow& row, std::int64_t texels) {
   channels::ConstPlaneRow result = row;
   for (const float*& plane : result)
@@ -75,29 +71,29 @@ void TileBand::add_segments(std::int64_t y, const WriteSegment& write_segment) {
   }
 }
 
-void TileBand::add_row(std::int64_t y, const channels::RowNeighbourhood& rows) {
-  const auto weight_plane = static_cast<std::size_t>(codec_.weight_plane());
+Result<void> TileBand::add_row(std::int64_t y, const channels::RowNeighbourhood& rows) {
   const bool measured = is_measured(y);
   is_exact_[static_cast<std::size_t>(y & (tile_texels_ - 1))] = false;
+  Result<void> status;
   add_segments(y, [&](OpenTile& tile, std::int64_t x, std::int64_t count, std::byte* out) {
     const std::int64_t offset = x - core_.x;
     const channels::RowNeighbourhood segment{shifted(rows.above, offset), shifted(rows.here, offset), shifted(rows.below, offset),
                                              rows.opaque};
-    codec_.encode_row(part_, segment, count, out);
+    if (status) status = codec_.encode_row(part_, segment, count, out);
     if (measured) keep_reference(tile, y, x, segment.here, count);
-    return rows.opaque || any_positive(segment.here[weight_plane], count);
+    return rows.opaque || codec_.has_data(part_, segment.here, count);
   });
+  return status;
 }
 
 void TileBand::add_texels(std::int64_t y, const std::byte* texels, const channels::ConstPlaneRow& planes, bool opaque) {
-  const auto weight_plane = static_cast<std::size_t>(codec_.weight_plane());
   const bool measured = is_measured(y);
   is_exact_[static_cast<std::size_t>(y & (tile_texels_ - 1))] = format_ == codec_.parts()[part_].texel_format;
   add_segments(y, [&](OpenTile& tile, std::int64_t x, std::int64_t count, std::byte* out) {
     const std::int64_t offset = x - core_.x;
     std::memcpy(out, texels + static_cast<std::size_t>(offset) * texel_bytes_, static_cast<std::size_t>(count) * texel_bytes_);
     if (measured) keep_reference(tile, y, x, shifted(planes, offset), count);
-    return opaque || any_positive(planes[weight_plane] + offset, count);
+    return opaque || codec_.has_data(part_, shifted(planes, offset), count);
   });
 }
 

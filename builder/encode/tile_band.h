@@ -43,9 +43,11 @@ class TileBand {
            Level level, const TexelRect& core);
 
   [[nodiscard]] bool is_empty() const { return core_.empty(); }
+  [[nodiscard]] Level level() const { return level_; }
 
   // Rows come in order from core.y to core.bottom() - 1. Pointers are at column core.x.
-  void add_row(std::int64_t y, const channels::RowNeighbourhood& rows);
+  // Errors as ChannelCodec::encode_row.
+  [[nodiscard]] Result<void> add_row(std::int64_t y, const channels::RowNeighbourhood& rows);
   // The same when the source's bytes already are texels. `planes` are what they decode to; `opaque`: all their weights are 1.
   void add_texels(std::int64_t y, const std::byte* texels, const channels::ConstPlaneRow& planes, bool opaque);
 

@@ -1,6 +1,7 @@
 #include "builder/pipeline/block_job.h"
 
 #include <algorithm>
+#include <string>
 
 #include "builder/pipeline/block_quality.h"
 #include "builder/pyramid/plane_cascade.h"
@@ -34,7 +35,7 @@ class BlockJob::Output final : public pyramid::RowSink {
     for (int k = 0; k < tier.outputs; ++k)
       for (std::size_t part = 0; part < parts_; ++part) {
         const Level level{static_cast<std::uint8_t>(tier.base.value - k)};
-        const bool is_left_out = codec.parts()[part].starts_above_base && level == job.plan_.info.finest;
+        const bool is_left_out = level == job.plan_.info.finest ? codec.parts()[part].starts_above_base : codec.parts()[part].ends_at_base;
         bands_.emplace_back(job.plan_.parts[part], codec, part, job.plan_.compression, job.plan_.request.quality, level,
                             is_left_out ? TexelRect{} : cascade.level(k).core);
       }
@@ -47,8 +48,15 @@ class BlockJob::Output final : public pyramid::RowSink {
       if (part == 0 && k == 0 && has_base_texels_[static_cast<std::size_t>(y - base_core_.y)]) continue;
       encode::TileBand& band = band_of(k, part);
       if (band.is_empty()) continue;
-      band.add_row(y, rows);
+      status_ = band.add_row(y, rows);
+      if (!status_) {
+        const int level = band.level().value;
+        status_ = fail(status_.error().code, "layer '" + job_.plan_.parts[part].name + "', level " + std::to_string(level) + ", row " +
+                                                 std::to_string(y) + ": " + status_.error().message);
+        return;
+      }
       store_finished(band, part);
+      if (!status_) return;
     }
   }
 
@@ -81,7 +89,10 @@ class BlockJob::Output final : public pyramid::RowSink {
 
   void store_finished(encode::TileBand& band, std::size_t part) {
     const InStage stage(job_.clock_, Stage::kEncode);
-    status_ = band.take_finished([&](const encode::EncodedTile& tile) { return job_.put(job_.ids_.parts[part], tile); });
+    status_ = band.take_finished([&](const encode::EncodedTile& tile) {
+      const InStage store(job_.clock_, Stage::kStore);
+      return put_tile(job_.writer_, job_.ids_.parts[part], tile, job_.counts_);
+    });
   }
 
   BlockJob& job_;
@@ -94,26 +105,6 @@ class BlockJob::Output final : public pyramid::RowSink {
 
 BlockJob::BlockJob(const LayerPlan& plan, const WorkMap& work, const LayerIds& ids, store::StoreWriter& writer, bool timed)
     : plan_(plan), work_(work), ids_(ids), writer_(writer), marks_(writer, ids.marks), clock_(timed) {}
-
-Result<void> BlockJob::put(LayerId layer, const encode::EncodedTile& tile) {
-  const InStage stage(clock_, Stage::kStore);
-  if (tile.is_empty) {
-    // A rebuilt block may find nothing where there was something.
-    if (!writer_.contains(layer, tile.tile)) return {};
-    ++counts_.removed;
-    return writer_.remove(layer, tile.tile);
-  }
-  // What a rebuilt block finds as it was costs no new bytes.
-  const bool is_constant = !tile.constant_block.empty();
-  VT_ASSIGN(const bool is_there,
-            is_constant ? writer_.holds_constant(layer, tile.tile, tile.constant_block) : writer_.holds(layer, tile.tile, tile.payload));
-  if (is_there) {
-    ++counts_.unchanged;
-    return {};
-  }
-  ++counts_.written;
-  return is_constant ? writer_.put_constant(layer, tile.tile, tile.constant_block) : writer_.put(layer, tile.tile, tile.payload);
-}
 
 Result<void> BlockJob::put_blob(LayerId layer, TileId tile, std::span<const std::byte> bytes) {
   VT_ASSIGN(const store::PayloadView payload, store::encode_payload(bytes, {store::Codec::kZstd, 1}, compressed_));

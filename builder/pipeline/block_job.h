@@ -12,6 +12,7 @@
 #include "builder/pipeline/block_marks.h"
 #include "builder/pipeline/build_stats.h"
 #include "builder/pipeline/layer_plan.h"
+#include "builder/pipeline/put_tile.h"
 #include "builder/pipeline/work_map.h"
 #include "builder/pyramid/cascade.h"
 #include "builder/resample/base_sampler.h"
@@ -26,20 +27,6 @@ struct LayerIds {
   LayerId quality;
 
   [[nodiscard]] LayerId texture() const { return parts.front(); }
-};
-
-// What became of the tiles of some blocks. Tiles of the carry are not counted.
-struct TileCounts {
-  std::int64_t written = 0;
-  std::int64_t unchanged = 0;  // were in the store already, byte for byte
-  std::int64_t removed = 0;    // were in the store and have no data any more
-
-  TileCounts& operator+=(const TileCounts& other) {
-    written += other.written;
-    unchanged += other.unchanged;
-    removed += other.removed;
-    return *this;
-  }
 };
 
 class BlockJob {
@@ -60,7 +47,6 @@ class BlockJob {
 
  private:
   class Output;
-  [[nodiscard]] Result<void> put(LayerId layer, const encode::EncodedTile& tile);
   [[nodiscard]] Result<void> put_blob(LayerId layer, TileId tile, std::span<const std::byte> bytes);
   [[nodiscard]] Result<void> feed_from_sources(pyramid::Cascade& cascade, Output& output,
                                                const std::function<void(std::uint64_t)>& progress, const std::atomic<bool>* cancel);

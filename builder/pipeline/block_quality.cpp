@@ -88,27 +88,28 @@ Result<std::vector<LevelQuality>> collect_quality(const store::StoreWriter& writ
   return quality;
 }
 
+nlohmann::ordered_json measure_json(const channels::Measure& measure, std::span<const LevelQuality> quality, std::size_t index) {
+  nlohmann::ordered_json entry;
+  entry["name"] = measure.name;
+  if (!measure.unit.empty()) entry["unit"] = measure.unit;
+  for (const LevelQuality& level : quality) {
+    const channels::ErrorSum& error = level.errors[index];
+    if (error.count == 0) continue;
+    nlohmann::ordered_json row;
+    row["level"] = level.level.value;
+    row["measured"] = error.count;
+    row["mean"] = error.mean();
+    row["rms"] = error.root_mean_square();
+    row["max"] = error.largest;
+    if (error.reference_total != 0.0) row["kept"] = error.stored_total / error.reference_total;
+    entry["levels"].push_back(std::move(row));
+  }
+  return entry;
+}
+
 nlohmann::ordered_json quality_json(const LayerPlan& plan, std::span<const LevelQuality> quality) {
   nlohmann::ordered_json measures = nlohmann::ordered_json::array();
-  for (std::size_t m = 0; m < plan.codec->measures().size(); ++m) {
-    const channels::Measure& measure = plan.codec->measures()[m];
-    nlohmann::ordered_json entry;
-    entry["name"] = measure.name;
-    if (!measure.unit.empty()) entry["unit"] = measure.unit;
-    for (const LevelQuality& level : quality) {
-      const channels::ErrorSum& error = level.errors[m];
-      if (error.count == 0) continue;
-      nlohmann::ordered_json row;
-      row["level"] = level.level.value;
-      row["measured"] = error.count;
-      row["mean"] = error.mean();
-      row["rms"] = error.root_mean_square();
-      row["max"] = error.largest;
-      if (error.reference_total != 0.0) row["kept"] = error.stored_total / error.reference_total;
-      entry["levels"].push_back(std::move(row));
-    }
-    measures.push_back(std::move(entry));
-  }
+  for (std::size_t m = 0; m < plan.codec->measures().size(); ++m) measures.push_back(measure_json(plan.codec->measures()[m], quality, m));
   return measures;
 }
 

@@ -38,7 +38,10 @@ void write_block_quality(std::span<const LevelErrors> levels, std::vector<std::b
 [[nodiscard]] Result<std::vector<LevelQuality>> collect_quality(const store::StoreWriter& writer, const LayerPlan& plan,
                                                                 const WorkMap& work, LayerId layer);
 
-// For the layer's metadata, which schemas/store-metadata.schema.json describes.
+// One measure of every level that has it, `index` among the errors of a level.
+[[nodiscard]] nlohmann::ordered_json measure_json(const channels::Measure& measure, std::span<const LevelQuality> quality,
+                                                  std::size_t index);
+// All of them, for the layer's metadata, which schemas/store-metadata.schema.json describes.
 [[nodiscard]] nlohmann::ordered_json quality_json(const LayerPlan& plan, std::span<const LevelQuality> quality);
 
 }  // namespace vt::pipeline

@@ -20,13 +20,14 @@ Json values_of(const LayerPlan& plan, std::size_t part) {
   return values;
 }
 
-std::string metadata_of(const LayerPlan& plan, int block_levels, bool updating, const Json& quality = {}) {
+std::string metadata_of(const LayerPlan& plan, int block_levels, bool updating, const Json& quality = {}, const Json& alpha_coverage = {}) {
   Json metadata = values_of(plan, 0);
   metadata["settings"] = plan.settings;
   metadata["block_levels"] = block_levels;
   if (!plan.recipe.is_null()) metadata["recipe"] = plan.recipe;
   if (updating) metadata[kUpdating] = true;
   if (!quality.is_null()) metadata["quality"] = quality;
+  if (!alpha_coverage.is_null()) metadata["alpha_coverage"] = alpha_coverage;
   return metadata.dump();
 }
 
@@ -130,9 +131,12 @@ Result<void> begin_update(store::StoreWriter& writer, const LayerPlan& plan, Bui
   return {};
 }
 
-Result<void> complete(store::StoreWriter& writer, const LayerPlan& plan, const WorkMap& work, const BuiltLayer& layer) {
-  VT_ASSIGN(const std::vector<LevelQuality> quality, collect_quality(writer, plan, work, layer.ids.quality));
-  VT_CHECK(writer.set_metadata(layer.ids.texture(), metadata_of(plan, layer.block_levels, false, quality_json(plan, quality))));
+Result<void> complete(store::StoreWriter& writer, const LayerPlan& plan, const WorkMap& work, const BuiltLayer& layer,
+                      const PassFindings& findings) {
+  VT_ASSIGN(const std::vector<LevelQuality> levels, collect_quality(writer, plan, work, layer.ids.quality));
+  Json quality = quality_json(plan, levels);
+  if (!findings.surface.is_null()) quality.push_back(findings.surface);
+  VT_CHECK(writer.set_metadata(layer.ids.texture(), metadata_of(plan, layer.block_levels, false, quality, findings.alpha_coverage)));
   for (const LayerId part : layer.ids.parts) VT_CHECK(writer.set_state(part, LayerState::kComplete));
   VT_CHECK(writer.set_state(layer.ids.marks, LayerState::kComplete));
   VT_CHECK(writer.set_state(layer.ids.quality, LayerState::kComplete));

@@ -2,6 +2,8 @@
 // that let a later run go on.
 #pragma once
 
+#include <nlohmann/json.hpp>
+
 #include "builder/pipeline/block_job.h"
 #include "builder/pipeline/layer_plan.h"
 #include "store/store_writer.h"
@@ -25,7 +27,14 @@ struct BuiltLayer {
 
 // The layer is unfinished from here on, and its sources are those of `plan`. Does not commit.
 [[nodiscard]] Result<void> begin_update(store::StoreWriter& writer, const LayerPlan& plan, BuiltLayer& layer);
-// All blocks are done: adds up what was measured of them. Commits.
-[[nodiscard]] Result<void> complete(store::StoreWriter& writer, const LayerPlan& plan, const WorkMap& work, const BuiltLayer& layer);
+// What passes after the blocks found out, for the metadata.
+struct PassFindings {
+  nlohmann::ordered_json alpha_coverage;  // of keep_coverage(); null: none
+  nlohmann::ordered_json surface;         // a measure like those of quality_json(); null: none
+};
+
+// All blocks and passes are done: adds up what was measured of them. Commits.
+[[nodiscard]] Result<void> complete(store::StoreWriter& writer, const LayerPlan& plan, const WorkMap& work, const BuiltLayer& layer,
+                                    const PassFindings& findings);
 
 }  // namespace vt::pipeline

@@ -8,10 +8,13 @@
 #include <set>
 #include <thread>
 
+#include "builder/pipeline/block_quality.h"
 #include "builder/pipeline/build_memory.h"
 #include "builder/pipeline/built_layer.h"
+#include "builder/pipeline/coverage_pass.h"
 #include "builder/pipeline/parallel.h"
 #include "builder/pipeline/source_check.h"
+#include "builder/pipeline/surface_pass.h"
 
 namespace vt::pipeline {
 namespace {
@@ -145,6 +148,16 @@ class TierRun {
   StageTimes stages_;
 };
 
+// What comes after the blocks: passes over the finished tiles, then the layer is complete.
+Result<void> finish_layer(store::StoreWriter& writer, const LayerPlan& plan, const WorkMap& work, const BuiltLayer& layer, int threads,
+                          const BuildOptions& options, BuildReport& report) {
+  PassFindings findings;
+  VT_ASSIGN(findings.alpha_coverage, keep_coverage(writer, plan, layer, threads, options.cancel, report.tile_counts));
+  VT_ASSIGN(const std::vector<LevelQuality> surface, measure_surface(writer, plan, layer, threads, options.cancel));
+  if (!surface.empty()) findings.surface = measure_json({.name = "surface", .unit = "m"}, surface, 0);
+  return complete(writer, plan, work, layer, findings);
+}
+
 // Compares a layer that is there with its sources. Afterwards the layer is either complete and up to date, or unfinished and committed so.
 Result<void> find_changes(store::StoreWriter& writer, const LayerPlan& plan, const WorkMap& work, BuiltLayer& layer, int threads,
                           const BuildOptions& options, BuildReport& report) {
@@ -155,7 +168,7 @@ Result<void> find_changes(store::StoreWriter& writer, const LayerPlan& plan, con
   if (check.changed.empty() && !layer.sources_differ) return {};
   const bool has_work = !check.changed.empty() || !layer.is_complete;
   VT_CHECK(begin_update(writer, plan, layer));
-  if (!has_work) return complete(writer, plan, work, layer).map([&] { layer.is_complete = true; });
+  if (!has_work) return finish_layer(writer, plan, work, layer, threads, options, report).map([&] { layer.is_complete = true; });
   VT_CHECK(mark_stale(writer, work, layer, std::move(check.changed)));
   return writer.commit();
 }
@@ -177,7 +190,7 @@ Result<void> build_tiers(store::StoreWriter& writer, const LayerPlan& plan, cons
     VT_CHECK(run.run(threads, report));
   }
   const auto start = Clock::now();
-  VT_CHECK(complete(writer, plan, work, layer));
+  VT_CHECK(finish_layer(writer, plan, work, layer, threads, options, report));
   report.commit_seconds += seconds_since(start);
   return {};
 }

@@ -1,5 +1,6 @@
 #include "builder/pipeline/place_source.h"
 
+#include <algorithm>
 #include <cmath>
 #include <optional>
 #include <string>
@@ -21,8 +22,10 @@ Result<std::vector<int>> choose_bands(const LayerRequest& request, const OpenSou
                                          std::to_string(info.bands));
     bands.push_back(band - 1);
   }
+  const int values = info.bands - (info.alpha_band >= 0 ? 1 : 0);
+  if (bands.empty() && info.alpha_band >= 0 && channels::is_coverage_itself(request.channel, values))
+    return std::vector<int>{info.alpha_band};
   if (bands.empty()) {
-    const int values = info.bands - (info.alpha_band >= 0 ? 1 : 0);
     VT_ASSIGN(const int wanted, channels::bands_wanted(request.channel, request.options, values));
     for (int b = 0; b < info.bands && static_cast<int>(bands.size()) < wanted; ++b)
       if (b != info.alpha_band) bands.push_back(b);
@@ -33,6 +36,13 @@ Result<std::vector<int>> choose_bands(const LayerRequest& request, const OpenSou
     bands.push_back(info.alpha_band);
   }
   return bands;
+}
+
+// The coverage band is what the channel is about, not what weighs it.
+bool is_value(const LayerRequest& request, const OpenSource& source, int alpha_band) {
+  const std::vector<int>& asked = source.request.bands;
+  if (!asked.empty()) return request.channel == ChannelType::kMask && std::find(asked.begin(), asked.end(), alpha_band + 1) != asked.end();
+  return channels::is_coverage_itself(request.channel, source.raster->info().bands - 1);
 }
 
 // Where the source's first sample lies in texels of the grid, when its samples are as large as texels all over the source.
@@ -74,7 +84,11 @@ Result<resample::PlacedSource> place_source(const LayerRequest& request, resampl
   resample::PlacedSource placed;
   placed.raster = source.raster;
   placed.layout.type = info.sample_type;
-  placed.layout.has_alpha = info.alpha_band >= 0 && channels::takes_coverage(layer.channel);
+  placed.layout.has_alpha = info.alpha_band >= 0 && channels::takes_coverage(layer.channel) && !is_value(request, source, info.alpha_band);
+  if (info.alpha_is_straightened && request.options.contains("alpha") && request.options.at("alpha") == "associated")
+    return fail(ErrorCode::kUsage,
+                source.request.path.string() +
+                    ": declares that its colour is multiplied by its coverage, which is undone already; leave --alpha out");
   placed.layout.nodata = info.nodata;
   placed.layout.range = request.range;
   VT_ASSIGN(placed.bands, choose_bands(request, source, placed.layout.has_alpha));

@@ -32,6 +32,7 @@ void remark_on(const LayerRequest& request, resample::Method resampling, const g
   Remarks outside("outside the layer's area");
   Remarks moved("moved onto the grid");
   Remarks resampled("resampled");
+  Remarks clear("stored without their coverage");
   Remarks ranges("taken as black at 0 and white at 65535");
   for (std::size_t i = 0; i < sources.size(); ++i) {
     const OpenSource& source = sources[i];
@@ -47,10 +48,15 @@ void remark_on(const LayerRequest& request, resample::Method resampling, const g
     if (placed[i].moved.x != 0.0 || placed[i].moved.y != 0.0)
       moved.add(path + ": moved by " + two_digits(placed[i].moved.x) + " texels to the east and " + two_digits(placed[i].moved.y) +
                 " to the south (nearest), because its grid is not the layer's; its samples stay as they are");
+    const bool is_opaque = request.format == TexelFormat::kRgb8 || request.format == TexelFormat::kBc1;
+    if (request.channel == ChannelType::kColor && is_opaque && source.raster->info().alpha_band >= 0)
+      clear.add(path + ": has a coverage band that " + std::string(format_info(*request.format).name) +
+                " cannot store, what is clear shows its neighbours' colour; to keep it use " +
+                (request.format == TexelFormat::kBc1 ? "bc3 or bc7" : "rgba8"));
     if (request.channel == ChannelType::kColor && source.raster->info().sample_type == SampleType::kUint16 && !request.range)
       ranges.add(path + ": 0 is taken as black and 65535 as white; if the picture comes out dark, give --range LOW,HIGH");
   }
-  for (Remarks* remarks : {&outside, &resampled, &moved, &ranges}) remarks->append_to(warnings);
+  for (Remarks* remarks : {&outside, &resampled, &moved, &clear, &ranges}) remarks->append_to(warnings);
 }
 
 std::string missing_text(const LayerRequest& request) {

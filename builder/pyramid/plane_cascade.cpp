@@ -208,10 +208,6 @@ void PlaneCascade::halve_plane(LevelState& fine, std::int64_t first, std::int64_
   const std::int64_t middle = first + kernel_.reach();  // the upper of the two rows under the coarse one
   const float* upper = row_or_nothing(fine, middle, plane) + start;
   const float* lower = row_or_nothing(fine, middle + 1, plane) + start;
-  if (kernel_.is_point) {
-    pick_first(upper, texels, out);
-    return;
-  }
   switch (rules_[static_cast<std::size_t>(plane)]) {
     case PlaneRule::kLinear:
       break;
@@ -221,6 +217,10 @@ void PlaneCascade::halve_plane(LevelState& fine, std::int64_t first, std::int64_
     case PlaneRule::kGreatest:
       greatest_of_four(upper, lower, texels, out);
       return;
+  }
+  if (kernel_.is_point) {
+    pick_first(upper, texels, out);
+    return;
   }
   if (kernel_.taps == 2) {
     halve_two_rows(upper, lower, kernel_, texels, out);

@@ -337,6 +337,7 @@ Result<std::unique_ptr<RasterSource>> open_geotiff(std::shared_ptr<const FileByt
   info.bands = layout.bands;
   info.sample_type = layout.sample_type;
   info.alpha_band = layout.alpha_band;
+  info.alpha_is_straightened = layout.alpha_is_associated;
   info.nodata = layout.nodata;
   info.block_width = layout.block_width;
   info.block_height = layout.block_height;

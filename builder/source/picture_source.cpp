@@ -314,6 +314,7 @@ Result<std::unique_ptr<RasterSource>> read_picture(std::shared_ptr<const FileByt
         fmt::format("{} rows of {} bytes in one piece are more than this program holds", grid.rows_per_cell, grid.row_bytes()));
   VT_CHECK(apply_options(options, info));
   const bool associated = info.alpha_band >= 0 && spec.get_int_attribute("oiio:UnassociatedAlpha", 0) == 0;
+  info.alpha_is_straightened = associated;
   const PictureDecoder::Samples samples{
       .type = info.sample_type, .bands = info.bands, .tiled = info.tiled, .straighten_by = associated ? info.alpha_band : -1};
   auto decoder = std::make_unique<PictureDecoder>(std::move(file), std::move(input), grid, samples);

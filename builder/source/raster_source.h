@@ -31,9 +31,10 @@ struct RasterInfo {
   std::int64_t height = 0;
   int bands = 0;  // an internal mask directory counts as one more band, the last, 0 or 255
   SampleType sample_type = SampleType::kUint8;
-  int alpha_band = -1;           // index of the coverage band (declared alpha, or the mask); -1: none
-  std::optional<double> nodata;  // as declared by the file
-  geo::GeoTransform transform;   // meaningful when `has_transform`
+  int alpha_band = -1;                 // index of the coverage band (declared alpha, or the mask); -1: none
+  bool alpha_is_straightened = false;  // the file's colours are multiplied by their coverage; what read() gives are not
+  std::optional<double> nodata;        // as declared by the file
+  geo::GeoTransform transform;         // meaningful when `has_transform`
   bool has_transform = false;
   std::optional<geo::Crs> crs;
   std::string crs_problem;       // why `crs` is empty although the file tried to declare one

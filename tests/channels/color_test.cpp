@@ -1,5 +1,8 @@
 #include <gtest/gtest.h>
 
+#include <array>
+#include <cmath>
+#include <limits>
 #include <random>
 
 #include "builder/channels/channel_makers.h"
@@ -25,7 +28,7 @@ TEST(ColorCodec, OpaqueCodesComeBackExactly) {
   Rows rows(256);
   EXPECT_TRUE(codec->decode_row(bytes_of(samples), 256, rows.row(1)));
   std::vector<std::uint8_t> texels(samples.size());
-  codec->encode_row(0, rows.middle(true), 256, reinterpret_cast<std::byte*>(texels.data()));
+  ASSERT_TRUE(codec->encode_row(0, rows.middle(true), 256, reinterpret_cast<std::byte*>(texels.data())).has_value());
   EXPECT_EQ(texels, samples);
   EXPECT_TRUE(codec->samples_are_texels());
 }
@@ -42,7 +45,7 @@ TEST(ColorCodec, TranslucentCodesComeBackExactlyWhereTheyCanBeSeen) {
   Rows rows(count);
   EXPECT_FALSE(codec->decode_row(bytes_of(samples), count, rows.row(1)));
   std::vector<std::uint8_t> texels(samples.size());
-  codec->encode_row(0, rows.middle(false), count, reinterpret_cast<std::byte*>(texels.data()));
+  ASSERT_TRUE(codec->encode_row(0, rows.middle(false), count, reinterpret_cast<std::byte*>(texels.data())).has_value());
   EXPECT_EQ(texels, samples);
 }
 
@@ -55,7 +58,7 @@ TEST(ColorCodec, NodataHasNoWeightAndIsGivenBack) {
   EXPECT_EQ(rows.row(1)[0][0], 0.0F);
   EXPECT_EQ(rows.row(1)[3][1], 1.0F) << "one band of three is not enough";
   std::vector<std::uint8_t> texels(9);
-  codec->encode_row(0, rows.middle(false), 3, reinterpret_cast<std::byte*>(texels.data()));
+  ASSERT_TRUE(codec->encode_row(0, rows.middle(false), 3, reinterpret_cast<std::byte*>(texels.data())).has_value());
   EXPECT_EQ(texels, samples);
 }
 
@@ -65,7 +68,7 @@ TEST(ColorCodec, EmptyTexelsBorrowTheColourOfTheirNeighbours) {
   Rows rows(3);
   codec->decode_row(bytes_of(samples), 3, rows.row(1));
   std::vector<std::uint8_t> texels(12);
-  codec->encode_row(0, rows.middle(false), 3, reinterpret_cast<std::byte*>(texels.data()));
+  ASSERT_TRUE(codec->encode_row(0, rows.middle(false), 3, reinterpret_cast<std::byte*>(texels.data())).has_value());
   EXPECT_EQ(texels, (std::vector<std::uint8_t>{200, 100, 50, 255, 200, 100, 50, 0, 0, 0, 0, 0}));
 }
 
@@ -81,7 +84,7 @@ TEST(ColorCodec, SixteenBitCodesFollowTheSameCurve) {
   Rows rows(256);
   EXPECT_TRUE(codec->decode_row(bytes_of(samples), 256, rows.row(1)));
   std::vector<std::uint8_t> texels(samples.size());
-  codec->encode_row(0, rows.middle(true), 256, reinterpret_cast<std::byte*>(texels.data()));
+  ASSERT_TRUE(codec->encode_row(0, rows.middle(true), 256, reinterpret_cast<std::byte*>(texels.data())).has_value());
   EXPECT_EQ(texels, wanted);
 }
 
@@ -92,13 +95,89 @@ TEST(ColorCodec, RangeSaysWhatIsBlackAndWhite) {
   Rows rows(6);
   EXPECT_FALSE(codec->decode_row(bytes_of(samples), 6, rows.row(1)));
   std::vector<std::uint8_t> texels(18);
-  codec->encode_row(0, rows.middle(false), 6, reinterpret_cast<std::byte*>(texels.data()));
+  ASSERT_TRUE(codec->encode_row(0, rows.middle(false), 6, reinterpret_cast<std::byte*>(texels.data())).has_value());
   EXPECT_EQ(texels[0], 0);
   EXPECT_EQ(texels[3], 0);
   EXPECT_EQ(texels[6], 128);  // 127.5 rounds up
   EXPECT_EQ(texels[9], 255);
   EXPECT_EQ(texels[12], 255);
   EXPECT_EQ(rows.row(1)[3][5], 0.0F) << "NaN is no data";
+}
+
+std::unique_ptr<const ChannelCodec> color_with(const Options& options, const SampleLayout& layout, TexelFormat format) {
+  ChannelSettings settings = settings_for(format);
+  settings.options = options;
+  auto codec = make_color_codec(settings, layout);
+  EXPECT_TRUE(codec.has_value()) << (codec ? "" : codec.error().message);
+  return std::move(*codec);
+}
+
+TEST(ColorCodec, AssociatedCodesAreDividedByTheirCoverage) {
+  const auto codec = color_with({{"alpha", "associated"}}, {.has_alpha = true}, TexelFormat::kRgba8);
+  EXPECT_FALSE(codec->samples_are_texels());
+  // Straight codes 0 to 255, multiplied by every coverage and rounded as a painting program would.
+  std::vector<std::uint8_t> samples;
+  std::vector<int> straight;
+  for (int alpha = 1; alpha < 256; ++alpha)
+    for (int code = 0; code < 256; code += 15) {
+      for (int c = 0; c < 3; ++c) samples.push_back(static_cast<std::uint8_t>((code * alpha * 2 + 255) / 510));
+      samples.push_back(static_cast<std::uint8_t>(alpha));
+      straight.push_back(code);
+    }
+  const auto count = static_cast<std::int64_t>(straight.size());
+  Rows rows(count);
+  codec->decode_row(bytes_of(samples), count, rows.row(1));
+  std::vector<std::uint8_t> texels(samples.size());
+  ASSERT_TRUE(codec->encode_row(0, rows.middle(false), count, reinterpret_cast<std::byte*>(texels.data())).has_value());
+  for (std::size_t i = 0; i < straight.size(); ++i) {
+    const int alpha = samples[4 * i + 3];
+    EXPECT_EQ(texels[4 * i + 3], alpha);
+    // Half a code was rounded away, which the division makes larger; half another when the result is rounded.
+    EXPECT_LE(std::abs(texels[4 * i] - straight[i]), 0.5 * 255.0 / alpha + 0.5) << "code " << straight[i] << " at coverage " << alpha;
+  }
+}
+
+TEST(ColorCodec, AssociatedCodesBeyondTheirCoverageDoNotExplode) {
+  const auto codec = color_with({{"alpha", "associated"}}, {.has_alpha = true}, TexelFormat::kRgba8);
+  const std::vector<std::uint8_t> samples{255, 255, 255, 1, 90, 3, 200, 2, 7, 7, 7, 0};
+  Rows rows(3);
+  codec->decode_row(bytes_of(samples), 3, rows.row(1));
+  for (std::size_t p = 0; p < 3; ++p)
+    for (std::int64_t i = 0; i < 3; ++i) EXPECT_LE(rows.row(1)[p][i], rows.row(1)[3][i]) << "no more light than white of that coverage";
+  EXPECT_EQ(rows.row(1)[0][2], 0.0F) << "what is clear has no colour, whatever its codes";
+}
+
+TEST(ColorCodec, LinearInputIsEncodedAsSrgb) {
+  const auto codec = color_with({{"transfer", "linear"}}, {}, TexelFormat::kRgb8);
+  EXPECT_FALSE(codec->samples_are_texels());
+  std::vector<std::uint8_t> samples;
+  for (int c = 0; c < 256; ++c)
+    for (int k = 0; k < 3; ++k) samples.push_back(static_cast<std::uint8_t>(c));
+  Rows rows(256);
+  EXPECT_TRUE(codec->decode_row(bytes_of(samples), 256, rows.row(1)));
+  std::vector<std::uint8_t> texels(samples.size());
+  ASSERT_TRUE(codec->encode_row(0, rows.middle(true), 256, reinterpret_cast<std::byte*>(texels.data())).has_value());
+  for (int c = 0; c < 256; ++c)
+    EXPECT_EQ(texels[static_cast<std::size_t>(3 * c)], std::lround(255.0 * srgb_from_linear(c / 255.0))) << "light " << c << " / 255";
+}
+
+TEST(ColorCodec, CoverageThatIsNoNumberIsNone) {
+  const auto codec =
+      color({.type = SampleType::kFloat32, .has_alpha = true, .range = std::array<double, 2>{0.0, 1.0}}, TexelFormat::kRgba8);
+  const std::vector<float> samples{0.5F, 0.5F, 0.5F, std::numeric_limits<float>::quiet_NaN()};
+  Rows rows(1);
+  EXPECT_FALSE(codec->decode_row(bytes_of(samples), 1, rows.row(1)));
+  for (std::size_t p = 0; p < 4; ++p) EXPECT_EQ(rows.row(1)[p][0], 0.0F);
+}
+
+TEST(ColorCodec, AssociatedNeedsACoverageBand) {
+  ChannelSettings settings = settings_for(TexelFormat::kRgb8);
+  settings.options = {{"alpha", "associated"}};
+  EXPECT_EQ(make_color_codec(settings, {}).error().code, ErrorCode::kUsage);
+  const auto with_range =
+      make_color_codec(settings, {.type = SampleType::kFloat32, .has_alpha = true, .range = std::array<double, 2>{1.0, 2.0}});
+  ASSERT_FALSE(with_range.has_value());
+  EXPECT_NE(with_range.error().message.find("--range 0,HIGH"), std::string::npos);
 }
 
 TEST(ColorCodec, RefusesWhatItCannotMean) {

@@ -1,9 +1,12 @@
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <cstring>
+#include <random>
 
 #include "builder/channels/channel_makers.h"
+#include "store/texel_decoder.h"
 #include "tests/channels/row_fixture.h"
 
 namespace vt::channels {
@@ -17,7 +20,7 @@ std::vector<float> there_and_back(const SampleLayout& layout, const std::vector<
   Rows rows(count);
   const bool opaque = (*codec)->decode_row(bytes_of(samples), count, rows.row(1));
   std::vector<float> texels(samples.size());
-  (*codec)->encode_row(0, rows.middle(opaque), count, reinterpret_cast<std::byte*>(texels.data()));
+  EXPECT_TRUE((*codec)->encode_row(0, rows.middle(opaque), count, reinterpret_cast<std::byte*>(texels.data())).has_value());
   return texels;
 }
 
@@ -64,6 +67,140 @@ TEST(ElevationCodec, OutsideIsNaN) {
   std::uint32_t bits = 0;
   std::memcpy(&bits, &texel, sizeof bits);
   EXPECT_EQ(bits, 0x7FC00000U) << "the one NaN that the format document names";
+}
+
+std::unique_ptr<const ChannelCodec> heights(TexelFormat format, const SampleLayout& layout, const Options& options = {}) {
+  auto codec = make_elevation_codec({.channel = ChannelType::kElevation, .format = format, .options = options}, layout);
+  EXPECT_TRUE(codec.has_value()) << (codec ? "" : codec.error().message);
+  return std::move(*codec);
+}
+
+// The heights that `T` texels of part 0 stand for after decoding and encoding `samples`.
+template <class T, class Sample>
+std::vector<T> encoded(const ChannelCodec& codec, const std::vector<Sample>& samples) {
+  const auto count = static_cast<std::int64_t>(samples.size());
+  Rows rows(count);
+  const bool opaque = codec.decode_row(bytes_of(samples), count, rows.row(1));
+  std::vector<T> texels(samples.size());
+  EXPECT_TRUE(codec.encode_row(0, rows.middle(opaque), count, reinterpret_cast<std::byte*>(texels.data())).has_value());
+  return texels;
+}
+
+TEST(ElevationCodec, SixteenBitIntegersFitTheirOwnCodes) {
+  const auto codec = heights(TexelFormat::kR16, {.type = SampleType::kInt16, .value_bands = 1, .nodata = -32768.0});
+  const ComponentRange range = codec->parts()[0].ranges[0];
+  EXPECT_EQ(range.scale, 1.0);
+  EXPECT_TRUE(codec->parts()[0].zero_is_nodata);
+  const std::vector<std::int16_t> samples{-32768, -32767, -1, 0, 1, 8848, 32767};
+  const auto codes = encoded<std::uint16_t>(*codec, samples);
+  EXPECT_EQ(codes[0], 0);
+  for (std::size_t i = 1; i < samples.size(); ++i) EXPECT_EQ(range.offset + range.scale * codes[i], samples[i]);
+}
+
+TEST(ElevationCodec, TheQuantumIsTheFinestPowerOfTwoThatHoldsTheRange) {
+  const auto quantum = [](double low, double high) {
+    const auto codec =
+        heights(TexelFormat::kR16, {.type = SampleType::kFloat32, .value_bands = 1, .range = std::array<double, 2>{low, high}});
+    const ComponentRange range = codec->parts()[0].ranges[0];
+    EXPECT_LE(range.offset + range.scale, low);
+    EXPECT_GE(range.offset + range.scale * 65535.0, high);
+    EXPECT_EQ(std::exp2(std::round(std::log2(range.scale))), range.scale);
+    // Half of it would not do.
+    EXPECT_GT(std::ceil(high / (range.scale / 2)) - std::floor(low / (range.scale / 2)), 65534.0);
+    return range.scale;
+  };
+  EXPECT_EQ(quantum(0.0, 1000.0), 1.0 / 64);
+  EXPECT_EQ(quantum(-500.0, 1500.0), 1.0 / 32);
+  EXPECT_EQ(quantum(0.0, 65534.0), 1.0);
+  EXPECT_EQ(quantum(0.0, 65534.5), 2.0);
+  EXPECT_EQ(quantum(-11034.0, 8848.0), 0.5);
+}
+
+TEST(ElevationCodec, HalvesAndCodesOfBoundsEncloseWhatTheyBound) {
+  std::mt19937 random(4);
+  std::uniform_real_distribution<float> anywhere(-9000.0F, 9000.0F);
+  for (const TexelFormat format : {TexelFormat::kR16Float, TexelFormat::kR16, TexelFormat::kR32Float})
+    for (const char* quantum : {"0.3", "0.5"}) {
+      SampleLayout layout{.type = SampleType::kFloat32, .value_bands = 1};
+      Options options{{"bounds", "yes"}};
+      if (format == TexelFormat::kR16) {
+        layout.range = std::array<double, 2>{-9000.0, 9000.0};
+        options["quantum"] = quantum;
+      }
+      const auto codec = heights(format, layout, options);
+      ASSERT_EQ(codec->parts().size(), 2U);
+      const Part& bounds = codec->parts()[1];
+      constexpr std::int64_t kCount = 5000;
+      std::vector<float> samples(kCount);
+      for (float& sample : samples) sample = anywhere(random);
+      samples[0] = 0.0F;
+      samples[1] = -0.0F;
+      samples[2] = 1e-9F;
+      samples[3] = -1e-9F;
+      samples[4] = 2048.0F;
+      samples[5] = -2049.0F;
+      Rows rows(kCount);
+      codec->decode_row(bytes_of(samples), kCount, rows.row(1));
+      codec->derive_row(kCount, rows.row(1));
+      std::vector<std::byte> texels(kCount * format_info(bounds.format).block_bytes);
+      ASSERT_TRUE(codec->encode_row(1, rows.middle(true), kCount, texels.data()).has_value());
+      std::vector<float> stored(2 * kCount);
+      store::decode_texels(bounds.format, texels, kCount, 1, stored);
+      for (std::size_t i = 0; i < kCount; ++i) {
+        const double low = bounds.ranges[0].offset + bounds.ranges[0].scale * static_cast<double>(stored[2 * i]);
+        const double high = bounds.ranges[1].offset + bounds.ranges[1].scale * static_cast<double>(stored[2 * i + 1]);
+        ASSERT_LE(low, static_cast<double>(samples[i]));
+        ASSERT_GE(high, static_cast<double>(samples[i]));
+        const double step = format == TexelFormat::kR16 ? bounds.ranges[0].scale : format == TexelFormat::kR16Float ? 8.0 : 0.0;
+        ASSERT_LE(high - low, step + 1e-11) << samples[i] << ": four roundings to doubles around 9000";
+      }
+    }
+}
+
+TEST(ElevationCodec, RoundingIsWithoutBias) {
+  // Means of two and four whole metres end in quarters; ties must not all go up.
+  const auto codec =
+      heights(TexelFormat::kR16, {.type = SampleType::kFloat32, .value_bands = 1, .range = std::array<double, 2>{0.0, 60000.0}});
+  ASSERT_EQ(codec->parts()[0].ranges[0].scale, 1.0);
+  std::vector<float> samples;
+  for (int i = 0; i < 40000; ++i) samples.push_back(100.0F + 0.25F * static_cast<float>(i));
+  const auto codes = encoded<std::uint16_t>(*codec, samples);
+  double bias = 0.0;
+  for (std::size_t i = 0; i < samples.size(); ++i)
+    bias += codec->parts()[0].ranges[0].offset + static_cast<double>(codes[i]) - static_cast<double>(samples[i]);
+  EXPECT_NEAR(bias / 40000.0, 0.0, 1e-4);
+}
+
+TEST(ElevationCodec, NamesTheHeightThatDoesNotFit) {
+  const auto message = [](TexelFormat format, const SampleLayout& layout, float height) {
+    const auto codec = heights(format, layout);
+    const std::vector<float> samples{1.0F, height, 2.0F};
+    Rows rows(3);
+    const bool opaque = codec->decode_row(bytes_of(samples), 3, rows.row(1));
+    std::array<std::byte, 12> texels{};
+    const auto done = codec->encode_row(0, rows.middle(opaque), 3, texels.data());
+    EXPECT_FALSE(done.has_value());
+    return done ? std::string() : done.error().message;
+  };
+  const SampleLayout coded{.type = SampleType::kFloat32, .value_bands = 1, .range = std::array<double, 2>{0.0, 10.0}};
+  EXPECT_NE(message(TexelFormat::kR16, coded, -20.25F).find("height -20.25 m"), std::string::npos);
+  EXPECT_NE(message(TexelFormat::kR16, coded, 1e30F).find("--range"), std::string::npos);
+  EXPECT_NE(message(TexelFormat::kR16Float, {.type = SampleType::kFloat32, .value_bands = 1}, 70000.0F).find("r16f"), std::string::npos);
+}
+
+TEST(ElevationCodec, RefusesWhatItCannotMean) {
+  const auto refused = [](TexelFormat format, const SampleLayout& layout, const Options& options) {
+    const auto codec = make_elevation_codec({.channel = ChannelType::kElevation, .format = format, .options = options}, layout);
+    EXPECT_FALSE(codec.has_value());
+    return codec ? std::string() : codec.error().message;
+  };
+  const SampleLayout floats{.type = SampleType::kFloat32, .value_bands = 1};
+  EXPECT_NE(refused(TexelFormat::kBc4, floats, {}).find("r16"), std::string::npos);
+  EXPECT_NE(refused(TexelFormat::kR16, floats, {}).find("--range"), std::string::npos);
+  EXPECT_NE(refused(TexelFormat::kR32Float, floats, {{"quantum", "1"}}).find("r16"), std::string::npos);
+  EXPECT_NE(refused(TexelFormat::kR16, {.type = SampleType::kInt16, .value_bands = 1}, {{"quantum", "0.5"}}).find("65535"),
+            std::string::npos);
+  EXPECT_NE(refused(TexelFormat::kR32Float, floats, {{"fill", "deep"}}).find("fill"), std::string::npos);
 }
 
 }  // namespace

@@ -59,7 +59,7 @@ Decoded mean_of(const ChannelCodec& codec, Decoded& all, int bands) {
 template <class Code>
 std::vector<Code> codes_of(const ChannelCodec& codec, std::size_t part, Decoded& row) {
   std::vector<Code> codes(static_cast<std::size_t>(row.count) * codec.parts()[part].components.size());
-  codec.encode_row(part, row.rows.middle(row.opaque), row.count, reinterpret_cast<std::byte*>(codes.data()));
+  EXPECT_TRUE(codec.encode_row(part, row.rows.middle(row.opaque), row.count, reinterpret_cast<std::byte*>(codes.data())).has_value());
   return codes;
 }
 

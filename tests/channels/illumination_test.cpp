@@ -25,7 +25,7 @@ std::vector<float> there_and_back(const SampleLayout& layout, TexelFormat format
   const bool opaque = (*codec)->decode_row(bytes_of(samples), count, rows.row(1));
   const FormatInfo& info = format_info((*codec)->parts()[0].texel_format);
   std::vector<std::byte> texels(static_cast<std::size_t>(count) * info.block_bytes);
-  (*codec)->encode_row(0, rows.middle(opaque), count, texels.data());
+  EXPECT_TRUE((*codec)->encode_row(0, rows.middle(opaque), count, texels.data()).has_value());
   std::vector<float> read(static_cast<std::size_t>(count) * info.channels);
   store::decode_texels(info.format, texels, static_cast<std::size_t>(count), 1, read);
   return read;

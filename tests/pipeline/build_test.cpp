@@ -1,7 +1,7 @@
 #include <gtest/gtest.h>
 
 #include "builder/channels/channel_codec.h"
-#include "builder/encode/bc1_encoder.h"
+#include "builder/encode/block_encoder.h"
 #include "builder/pipeline/build_memory.h"
 #include "builder/pyramid/halving_kernel.h"
 #include "tests/pipeline/layer_kinds.h"
@@ -24,6 +24,7 @@ Tiles tiles_by_definition(const Case& c, const LayerPlan& plan) {
   for (int p = 0; p < planes; ++p) pointers[static_cast<std::size_t>(p)] = row[static_cast<std::size_t>(p)].data();
   for (std::int64_t y = 0; y < info.data.height; ++y) {
     chunk.decode_row(y, pointers);
+    codec.derive_row(info.data.width, pointers);
     for (std::int64_t x = 0; x < info.data.width; ++x)
       for (int p = 0; p < planes; ++p) image.at(x, y, p) = row[static_cast<std::size_t>(p)][static_cast<std::size_t>(x)];
   }
@@ -59,22 +60,22 @@ Tiles tiles_by_definition(const Case& c, const LayerPlan& plan) {
                     around[r][plane][static_cast<std::size_t>(i)] = image.get(qx + i - 1, qy + static_cast<int>(r) - 1, p);
                   (r == 0 ? rows.above : r == 1 ? rows.here : rows.below)[plane] = around[r][plane].data() + 1;
                 }
-              codec.encode_row(0, rows, 1, out);
+              EXPECT_TRUE(codec.encode_row(0, rows, 1, out).has_value());
             }
             if (px != qx || py != qy) codec.mark_outside(0, out, 1);
-            has_data = has_data || image.get(px, py, planes - 1) > 0.0F;
+            has_data = has_data || image.get(px, py, codec.weight_plane()) > 0.0F;
           }
         if (!has_data) continue;
-        if (info.format == TexelFormat::kBc1) {
+        if (format_info(info.format).block_edge == 4) {
           std::vector<std::byte> blocks(info.tile_payload_bytes());
-          encode::encode_bc1_image(texels, static_cast<std::size_t>(edge), static_cast<std::size_t>(edge),
-                                   static_cast<std::size_t>(edge) * texel_bytes, texel_bytes, blocks);
+          encode::encode_blocks(info.format, texels, static_cast<std::size_t>(edge), static_cast<std::size_t>(edge),
+                                static_cast<std::size_t>(edge) * texel_bytes, plan.request.quality, blocks);
           texels = std::move(blocks);
         }
         tiles.emplace(id, std::move(texels));
       }
     if (level == 0) break;
-    image = test::halve_whole(image, plan.kernel);
+    image = test::halve_whole(image, plan.kernel, {{codec.rules().begin(), codec.rules().end()}, codec.weight_plane()});
   }
   EXPECT_FALSE(c.name.empty());
   return tiles;
@@ -87,6 +88,7 @@ TEST(Build, TilesAreThoseOfTheWholeImageAtAnyThreadCountAndBlockSize) {
     const LayerRequest request = request_of(c, folder / "input.tif");
     auto plan = plan_layer(request, std::nullopt, std::size_t{8} << 20);
     ASSERT_TRUE(plan.has_value()) << c.name << ": " << plan.error().message;
+    if (plan->part(0).ends_at_base) continue;  // the other levels are made after the blocks, by a pass with tests of its own
     const Tiles wanted = tiles_by_definition(c, *plan);
     for (const int threads : {1, 2, 4})
       for (const int block_levels : {1, 2, 5}) {

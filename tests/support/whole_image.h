@@ -94,12 +94,12 @@ inline WholeImage halve_whole(const WholeImage& fine, const pyramid::HalvingKern
       const float box_weight = box(x, y, w);
       for (int p = 0; p < fine.planes; ++p) {
         float& out = coarse.at(x, y, p);
-        if (kernel.is_point)
-          out = get(2 * x, 2 * y, p);
-        else if (rules[p] == channels::PlaneRule::kLeast)
+        if (rules[p] == channels::PlaneRule::kLeast)
           out = of_four(x, y, p, [](float a, float b) { return std::min(a, b); });
         else if (rules[p] == channels::PlaneRule::kGreatest)
           out = of_four(x, y, p, [](float a, float b) { return std::max(a, b); });
+        else if (kernel.is_point)
+          out = get(2 * x, 2 * y, p);
         else if (box_weight <= 0.0F)
           out = 0.0F;  // data never grow
         else if (!(weight >= 0.5F * box_weight))

@@ -1,0 +1,166 @@
+#include "builder/pipeline/surface_pass.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "builder/pipeline/parallel.h"
+#include "builder/pipeline/tile_pass.h"
+
+namespace vt::pipeline {
+namespace {
+
+// Heights of a few tiles of one level at a time, as somebody sees them who walks along a row of tiles.
+class HeightRows {
+ public:
+  HeightRows(const store::StoreWriter& writer, const LayerInfo& layer, LayerId id, Level level)
+      : writer_(writer), layer_(layer), id_(id), level_(level) {}
+
+  // Heights x0 to x1 (inclusive, inside the data) of row y; NaN where there are none.
+  [[nodiscard]] Result<void> read(std::int64_t y, std::int64_t x0, std::int64_t x1, std::vector<double>& out) {
+    const std::int64_t edge = layer_.tile_texels();
+    const ComponentRange& range = layer_.components[0];
+    out.clear();
+    for (std::int64_t x = x0; x <= x1;) {
+      const std::int64_t column = x >> layer_.tile_exponent;
+      const std::int64_t end = std::min(x1 + 1, (column + 1) * edge);
+      VT_ASSIGN(const std::vector<float>* samples,
+                tile({level_, static_cast<std::uint32_t>(column), static_cast<std::uint32_t>(y >> layer_.tile_exponent)}));
+      for (; x < end; ++x) {
+        const float sample = samples->empty() ? kVoid : (*samples)[static_cast<std::size_t>((y & (edge - 1)) * edge + (x & (edge - 1)))];
+        const bool is_void = samples->empty() || (layer_.zero_is_nodata && sample == 0.0F);
+        out.push_back(is_void ? std::numeric_limits<double>::quiet_NaN() : range.offset + range.scale * static_cast<double>(sample));
+      }
+    }
+    return {};
+  }
+
+ private:
+  static constexpr float kVoid = std::numeric_limits<float>::quiet_NaN();
+  static constexpr std::size_t kKept = 4;  // a row of tiles looks into two of a coarser level, and steps from one column to the next
+
+  struct Kept {
+    TileId tile;
+    std::vector<float> samples;
+  };
+
+  [[nodiscard]] Result<const std::vector<float>*> tile(const TileId& wanted) {
+    const auto found = std::find_if(kept_.begin(), kept_.end(), [&](const Kept& kept) { return kept.tile == wanted; });
+    if (found != kept_.end()) {
+      std::rotate(kept_.begin(), found, found + 1);  // the last used comes first
+    } else {
+      Kept kept{.tile = wanted, .samples = {}};
+      if (kept_.size() == kKept) {
+        kept.samples = std::move(kept_.back().samples);
+        kept_.pop_back();
+      }
+      VT_ASSIGN([[maybe_unused]] const bool is_there, read_samples(writer_, layer_, id_, wanted, kept.samples));
+      kept_.insert(kept_.begin(), std::move(kept));
+    }
+    return &kept_.front().samples;
+  }
+
+  const store::StoreWriter& writer_;
+  const LayerInfo& layer_;
+  LayerId id_;
+  Level level_;
+  std::vector<Kept> kept_;
+};
+
+// Where a finest texel lies among a level's heights, along one axis.
+struct Place {
+  std::int64_t lower;
+  std::int64_t upper;
+  double fraction;  // of the way from lower to upper
+};
+
+Place place_of(std::int64_t texel, int steps, bool is_point, std::int64_t first, std::int64_t last) {
+  const double scale = std::ldexp(1.0, -steps);
+  const double at = is_point ? static_cast<double>(texel) * scale : (static_cast<double>(texel) + 0.5) * scale - 0.5;
+  const double inside = std::clamp(at, static_cast<double>(first), static_cast<double>(last));
+  const auto lower = static_cast<std::int64_t>(std::floor(inside));
+  return {lower, std::min(lower + 1, last), inside - static_cast<double>(lower)};
+}
+
+double between(double a, double b, double fraction) { return fraction == 0.0 ? a : a + fraction * (b - a); }
+
+// One row of finest tiles against one coarser level.
+class LevelSurface {
+ public:
+  LevelSurface(const store::StoreWriter& writer, const LayerPlan& plan, LayerId id, int steps)
+      : steps_(steps),
+        is_point_(plan.kernel.is_point),
+        data_(plan.info.data_rect(Level{static_cast<std::uint8_t>(plan.info.finest.value - steps)})),
+        rows_(writer, plan.info, id, Level{static_cast<std::uint8_t>(plan.info.finest.value - steps)}) {}
+
+  // `heights` of finest row y from column x on.
+  [[nodiscard]] Result<void> compare(std::int64_t y, std::int64_t x, std::span<const double> heights, channels::ErrorSum& error) {
+    const auto column = [&](std::size_t i) {
+      return place_of(x + static_cast<std::int64_t>(i), steps_, is_point_, data_.x, data_.right() - 1);
+    };
+    const Place row = place_of(y, steps_, is_point_, data_.y, data_.bottom() - 1);
+    const std::int64_t first = column(0).lower;
+    const std::int64_t last = column(heights.size() - 1).upper;
+    VT_CHECK(rows_.read(row.lower, first, last, lower_));
+    VT_CHECK(rows_.read(row.upper, first, last, upper_));
+    for (std::size_t i = 0; i < lower_.size(); ++i) lower_[i] = between(lower_[i], upper_[i], row.fraction);
+    for (std::size_t i = 0; i < heights.size(); ++i) {
+      const Place at = column(i);
+      const double surface =
+          between(lower_[static_cast<std::size_t>(at.lower - first)], lower_[static_cast<std::size_t>(at.upper - first)], at.fraction);
+      const double difference = heights[i] - surface;
+      if (!std::isnan(difference)) error.add(difference);
+    }
+    return {};
+  }
+
+ private:
+  int steps_;
+  bool is_point_;
+  TexelRect data_;
+  HeightRows rows_;
+  std::vector<double> lower_;
+  std::vector<double> upper_;
+};
+
+}  // namespace
+
+Result<std::vector<LevelQuality>> measure_surface(const store::StoreWriter& writer, const LayerPlan& plan, const BuiltLayer& layer,
+                                                  int threads, const std::atomic<bool>* cancel) {
+  std::vector<LevelQuality> quality;
+  if (!plan.codec->measures_surface()) return quality;
+  const LayerInfo& info = plan.info;
+  const LayerId id = layer.ids.texture();
+  const auto levels = static_cast<std::size_t>(info.finest.value);
+  const TexelRect data = info.data_rect(info.finest);
+  const auto tile_rows = static_cast<std::size_t>(info.tile_rect(info.finest).height);
+  std::vector<LevelErrors> of_rows(tile_rows, LevelErrors(levels));
+  const auto measure_row = [&](std::size_t tile_row) -> Result<void> {
+    HeightRows finest(writer, info, id, info.finest);
+    std::vector<LevelSurface> surfaces;
+    for (std::size_t steps = 1; steps <= levels; ++steps) surfaces.emplace_back(writer, plan, id, static_cast<int>(steps));
+    std::vector<double> heights;
+    const TexelRect tiles = info.tile_rect(info.finest);
+    for (std::int64_t column = tiles.x; column < tiles.right(); ++column) {
+      if (cancel != nullptr && cancel->load(std::memory_order_relaxed)) return fail(ErrorCode::kCancelled, "stopped");
+      const TileId tile{info.finest, static_cast<std::uint32_t>(column),
+                        static_cast<std::uint32_t>(tiles.y + static_cast<std::int64_t>(tile_row))};
+      if (!writer.contains(id, tile)) continue;
+      const TexelRect rect = intersect(rect_of(tile, info.tile_exponent), data);
+      for (std::int64_t y = rect.y; y < rect.bottom(); ++y) {
+        VT_CHECK(finest.read(y, rect.x, rect.right() - 1, heights));
+        for (std::size_t k = 0; k < levels; ++k) VT_CHECK(surfaces[k].compare(y, rect.x, heights, of_rows[tile_row][k]));
+      }
+    }
+    return {};
+  };
+  VT_CHECK(for_each_index(tile_rows, threads, measure_row));
+  for (std::size_t k = 0; k < levels; ++k) {
+    LevelQuality level{.level = Level{static_cast<std::uint8_t>(info.finest.value - 1 - static_cast<int>(k))}, .errors = LevelErrors(1)};
+    for (const LevelErrors& row : of_rows) level.errors[0] += row[k];
+    quality.push_back(std::move(level));
+  }
+  return quality;
+}
+
+}  // namespace vt::pipeline
