@@ -8,6 +8,8 @@
 #include <limits>
 #include <numbers>
 
+#include "builder/channels/srgb.h"
+
 namespace vt::bench {
 namespace {
 
@@ -103,7 +105,7 @@ ScoreCase step() {
   c.truth = "0 %";
   c.raster = raster(128, 64, 1, SampleType::kFloat32);
   c.value = [](std::int64_t x, std::int64_t, int) { return x < 64 ? 0.0 : 1000.0; };
-  // As light from -1000 to 2000, so that nothing is cut off; codes of light are 11.8 apart, 1.2 % of the step.
+  // As light from -1000 to 2000, so that nothing is cut off; codes are 16 to 22 apart there, 2 % of the step.
   const std::vector<std::string> light = {"--channel", "color", "--range", "-1000,2000", "--transfer", "linear"};
   for (const char* kernel : {"box", "mitchell", "kaiser3"}) {
     std::vector<std::string> arguments = light;
@@ -119,7 +121,7 @@ ScoreCase step() {
   c.judge = [](const Pyramid& p) { return overshoot(p, 0.0, 1000.0); };
   c.judge_ours = [](const Pyramids& layers) {
     Pyramid codes = layers.at("color");
-    for (double& code : codes[1].values) code = code / 255.0 * 3000.0 - 1000.0;
+    for (double& code : codes[1].values) code = channels::linear_from_srgb(code / 255.0) * 3000.0 - 1000.0;
     return overshoot(codes, 0.0, 1000.0);
   };
   return c;
@@ -199,18 +201,22 @@ ScoreCase bias() {
   c.truth = "0";
   c.raster = raster(1024, 1024, 1, SampleType::kUint8);
   c.value = [](std::int64_t x, std::int64_t y, int) { return static_cast<double>(noise(x, y) & 0xFFU); };
-  // A mean of codes, as the peers make: linear codes.
+  // Codes that mean light in proportion, so that the mean of codes that the peers make is right.
   c.ours = {{"", {"--channel", "color", "--transfer", "linear", "--kernel", "box"}}};
   c.gdal = gdal_kernels({"average", "bilinear", "cubic"});
   c.vips = c.maketx = kPlain;
   c.overviews = 4;
-  c.judge = [](const Pyramid& p) {
-    const auto mean = [](const LevelValues& level) {
+  const auto drift = [](const Pyramid& p, const auto& code) {
+    const auto mean = [&](const LevelValues& level) {
       double sum = 0.0;
-      for (const double value : level.values) sum += value;
+      for (const double value : level.values) sum += code(value);
       return sum / static_cast<double>(level.values.size());
     };
     return fmt::format("{:+.3f}", mean(p[4]) - mean(p[0]));
+  };
+  c.judge = [drift](const Pyramid& p) { return drift(p, [](double value) { return value; }); };
+  c.judge_ours = [drift](const Pyramids& layers) {
+    return drift(layers.at("color"), [](double code) { return 255.0 * channels::linear_from_srgb(code / 255.0); });
   };
   return c;
 }
