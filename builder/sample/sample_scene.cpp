@@ -82,7 +82,7 @@ Result<void> write_text(const std::filesystem::path& path, const std::string& te
 std::string materials_json() {
   nlohmann::ordered_json classes = nlohmann::ordered_json::array();
   for (const MaterialRow& row : kMaterials)
-    classes.push_back({{"code", static_cast<int>(row.material)}, {"name", row.name}, {"color", row.color}});
+    classes.push_back({{"id", static_cast<int>(row.material)}, {"name", row.name}, {"color", row.color}});
   const nlohmann::ordered_json document = {{"format", "vt-materials"}, {"version", 1}, {"file", "materials.tif"}, {"classes", classes}};
   return document.dump(2) + "\n";
 }
@@ -130,7 +130,15 @@ std::string scene_json(const SampleOptions& options) {
          {"kernel", "box"},
          {"compression", "zstd:3"},
          {"tile", 256},
-         {"gsd", kTexelMetres * kHeightStep}}}},
+         {"gsd", kTexelMetres * kHeightStep}},
+        {{"name", "material"},
+         {"channel", "material"},
+         {"sources", {"materials.tif"}},
+         {"format", "r8"},
+         {"options", {{"classes", "materials.json"}, {"mixture", 3}}},
+         {"compression", "zstd:3"},
+         {"tile", 256},
+         {"gsd", kTexelMetres * kMaterialStep}}}},
       {"references",
        {{{"role", "materials"}, {"file", "materials.tif"}},
         {{"role", "material-names"}, {"file", "materials.json"}},

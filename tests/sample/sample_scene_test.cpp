@@ -133,7 +133,7 @@ TEST_F(SampleScene, SceneFollowsTheSchemaAndItsFilesExist) {
   const nlohmann::json materials = json_of(folder / "materials.json");
   EXPECT_EQ(materials["classes"].size(), 9U);
   EXPECT_EQ(materials["classes"][0]["name"], "water");
-  EXPECT_EQ(materials["classes"][0]["code"], static_cast<int>(Material::kWater));
+  EXPECT_EQ(materials["classes"][0]["id"], static_cast<int>(Material::kWater));
 }
 
 TEST_F(SampleScene, LightsLieInTheArea) {
