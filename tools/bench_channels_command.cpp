@@ -66,7 +66,7 @@ std::vector<ChannelJob> channel_jobs() {
        [](double x, double y, int band) { return 128.0 + 120.0 * hills(x + 0.1 * band, y); },
        "average",
        {"rgb8", "bc1", "bc3", "bc7"},
-       {"--kernel", "box"}},
+       {}},
       {"normal", 3, SampleType::kUint8, normal, "average", {"rgb8", "rg16", "bc5"}, {}},
       {"horizon",
        2,
