@@ -10,7 +10,7 @@ constexpr std::array<ChannelInfo, 8> kChannels = {{
     {ChannelType::kNormal, "normal", "", TexelFormat::kRgb8, "mean of unit vectors, length kept"},
     {ChannelType::kHorizon, "horizon", "rad", TexelFormat::kRgba16, "mean and variance of angles within one azimuth"},
     {ChannelType::kElevation, "elevation", "m", TexelFormat::kR32Float, "mean over valid samples"},
-    {ChannelType::kMaterial, "material", "", TexelFormat::kR32Float, "counts per class, majority at the end"},
+    {ChannelType::kMaterial, "material", "", TexelFormat::kR8, "counts per class, majority at the end"},
     {ChannelType::kSensor, "sensor", "W/(m2 sr)", TexelFormat::kR32Float, "mean of in-band radiance"},
     {ChannelType::kIllumination, "illumination", "W/(m2 sr)", TexelFormat::kRgba32Float, "mean of linear radiance"},
     {ChannelType::kMask, "mask", "", TexelFormat::kR8, "mean coverage"},

@@ -10,6 +10,7 @@
 #include "builder/geo/crs.h"
 #include "store/store_reader.h"
 #include "store/vt_mapping.h"
+#include "tools/class_table.h"
 #include "tools/cli_support.h"
 #include "tools/inspect_common.h"
 #include "tools/inspect_quality.h"
@@ -176,7 +177,7 @@ std::string layer_table(const LayerInfo& layer, const std::vector<LevelSummary>&
     text += fmt::format(" ({:.2f} : 1)", *ratio);
   }
   if (!std::isnan(layer.source_nodata)) text += fmt::format(", source's nodata {:g}", layer.source_nodata);
-  if (layer.zero_is_nodata) text += ", code 0 is no data";
+  if (layer.zero_is_nodata && layer.channel != ChannelType::kMaterial) text += ", code 0 is no data";
   text += '\n';
   const auto metadata = parsed_metadata(layer.metadata_json);
   const std::vector<std::string> names = component_names(metadata);
@@ -187,6 +188,9 @@ std::string layer_table(const LayerInfo& layer, const std::vector<LevelSummary>&
     text += fmt::format("  {} = {} + {} * sample{}\n", c < names.size() ? names[c] : fmt::format("component {}", c),
                         cli::format_exact(range.offset), cli::format_exact(range.scale), unit.empty() ? "" : " " + unit);
   }
+  const cli::ClassTable classes = cli::class_table_of(layer);
+  if (classes.no_data) text += fmt::format("  code {} is no data\n", *classes.no_data);
+  if (!classes.classes.empty()) text += fmt::format("  classes {}\n", classes.summary());
   const GridPlacement& grid = layer.grid;
   text += fmt::format("  extent west {:.10g}, south {:.10g}, east {:.10g}, north {:.10g}\n", grid.origin_x,
                       grid.origin_y - static_cast<double>(layer.data.height) * grid.step_y,

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "store/vt_mapping.h"
+#include "tools/class_table.h"
 #include "tools/cli_support.h"
 #include "tools/inspect_quality.h"
 
@@ -238,6 +239,10 @@ Result<int> run_sample(const SampleOptions& options) {
   } else {
     const std::string unit = layer_unit(*layer);
     text += fmt::format("value     {}{}{}\n", numbers_text(value.channels, !layout_of(*layer).is_float), unit.empty() ? "" : " ", unit);
+    if (layer->channel == ChannelType::kMaterial && !layer->is_part && std::isfinite(value.channels[0])) {
+      const std::string name = cli::class_table_of(*layer).name_of(static_cast<int>(value.channels[0]));
+      if (!name.empty()) text += fmt::format("class     {}\n", name);
+    }
     if (!value.linear.empty()) text += fmt::format("linear    {}\n", numbers_text(value.linear, false));
   }
   cli::print(text);

@@ -46,6 +46,8 @@ Result<std::unique_ptr<const ChannelCodec>> make_codec(const ChannelSettings& se
       return make_color_codec(settings, layout);
     case ChannelType::kElevation:
       return make_elevation_codec(settings, layout);
+    case ChannelType::kMaterial:
+      return make_material_codec(settings, layout);
     case ChannelType::kMask:
       return make_mask_codec(settings, layout);
     case ChannelType::kSensor:
@@ -56,11 +58,8 @@ Result<std::unique_ptr<const ChannelCodec>> make_codec(const ChannelSettings& se
       return make_normal_codec(settings, layout);
     case ChannelType::kHorizon:
       return make_horizon_codec(settings, layout);
-    case ChannelType::kMaterial:
-      break;
   }
-  return fail(ErrorCode::kUnsupported, "channel '" + std::string(channel_info(settings.channel).name) +
-                                           "' cannot be built yet; color, normal, horizon, elevation, sensor, illumination and mask can");
+  __builtin_unreachable();
 }
 
 }  // namespace vt::channels

@@ -18,6 +18,7 @@
 #include <vector>
 
 #include "builder/channels/channel_settings.h"
+#include "builder/channels/class_planes.h"
 #include "builder/channels/error_sum.h"
 #include "store/channel.h"
 #include "store/layer.h"
@@ -79,8 +80,9 @@ struct Part {
 
 // One number that is reported of every level: how far what is stored lies from the unquantised planes, in the channel's own unit.
 struct Measure {
-  std::string name;  // "error of light"
-  std::string unit;  // "deg"; "" for ratios
+  std::string name;      // "error of light"
+  std::string unit;      // "deg"; "" for ratios
+  std::size_t part = 0;  // whose texels are measured
 };
 
 class ChannelCodec {
@@ -101,6 +103,8 @@ class ChannelCodec {
   [[nodiscard]] bool measures_surface() const { return measures_surface_; }
   // A row of samples already is a row of texels of the first part, byte for byte: encode(decode(samples)) would give the same.
   [[nodiscard]] bool samples_are_texels() const { return samples_are_texels_; }
+  // When there is one, the planes are those of class_planes.h, and overviews count classes instead of following rules().
+  [[nodiscard]] const std::optional<ClassCounting>& class_counting() const { return class_counting_; }
 
   // `count` texels of samples into source planes. Returns whether all weights are exactly 1.
   virtual bool decode_row(const std::byte* samples, std::int64_t count, const PlaneRow& out) const = 0;
@@ -129,6 +133,7 @@ class ChannelCodec {
   bool samples_are_texels_ = false;
   std::optional<double> kept_above_;
   bool measures_surface_ = false;
+  std::optional<ClassCounting> class_counting_;
 };
 
 // Of a raster with `values` bands (coverage not counted), how many a channel reads when the user chooses none. Errors of options as there.

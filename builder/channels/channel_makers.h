@@ -13,6 +13,7 @@ using MadeCodec = Result<std::unique_ptr<const ChannelCodec>>;
 [[nodiscard]] MadeCodec make_normal_codec(const ChannelSettings& settings, const SampleLayout& layout);
 [[nodiscard]] MadeCodec make_horizon_codec(const ChannelSettings& settings, const SampleLayout& layout);
 [[nodiscard]] MadeCodec make_elevation_codec(const ChannelSettings& settings, const SampleLayout& layout);
+[[nodiscard]] MadeCodec make_material_codec(const ChannelSettings& settings, const SampleLayout& layout);
 [[nodiscard]] MadeCodec make_sensor_codec(const ChannelSettings& settings, const SampleLayout& layout);
 [[nodiscard]] MadeCodec make_illumination_codec(const ChannelSettings& settings, const SampleLayout& layout);
 [[nodiscard]] MadeCodec make_mask_codec(const ChannelSettings& settings, const SampleLayout& layout);

@@ -41,6 +41,12 @@ constexpr auto kOptions = std::to_array<OptionInfo>({
     {ChannelType::kElevation, "fill", "METRES|none",
      "height that is stored where there are no data; means of coarser levels leave it out; the metadata say so: \"filled_m\" (default: "
      "none)"},
+    {ChannelType::kMaterial, "classes", "FILE",
+     "JSON table of the classes, [{\"id\": 1, \"name\": \"water\", \"color\": \"#265480\"}, ...]", true},
+    {ChannelType::kMaterial, "mixture", "1|2|3|4",
+     "also store how much of each texel its most frequent classes hold, as NAME/classes and NAME/weights (default: the majority alone)"},
+    {ChannelType::kMaterial, "no-data-class", "NUMBER",
+     "what is stored where there are no data (default: the first source's no-data value, or the greatest number of the format)"},
     {ChannelType::kSensor, "quantity", "radiance|reflectance|emissivity|temperature", "what the input is (default: radiance)"},
     {ChannelType::kSensor, "band", "LOW,HIGH", "edges of the sensor's band in micrometres"},
     {ChannelType::kSensor, "response", "FILE", "the sensor's relative response over wavelength, CSV or JSON; a band cuts it", true},

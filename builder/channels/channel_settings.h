@@ -1,6 +1,7 @@
 // Everything about a layer's channel that a user may choose. Plain values; what is possible together is each channel's affair.
 #pragma once
 
+#include <limits>
 #include <map>
 #include <string>
 
@@ -14,8 +15,9 @@ using Options = std::map<std::string, std::string>;
 
 struct ChannelSettings {
   ChannelType channel = ChannelType::kColor;
-  TexelFormat format = TexelFormat::kRgb8;  // of the first part
-  Transfer transfer = Transfer::kLinear;    // of the codes that are stored
+  TexelFormat format = TexelFormat::kRgb8;                          // of the first part
+  Transfer transfer = Transfer::kLinear;                            // of the codes that are stored
+  double source_nodata = std::numeric_limits<double>::quiet_NaN();  // of the layer's first source; NaN: none
   Options options;
 };
 

@@ -196,7 +196,8 @@ void TileBand::measure(OpenTile& tile, std::span<const std::byte> stored, bool i
     }
     for (std::int64_t y = std::max(group, data.y); y < std::min(group + 4, data.bottom()); ++y) {
       if (is_exact_[static_cast<std::size_t>(y - rect.y)]) {
-        for (channels::ErrorSum& error : errors_) error.count += static_cast<std::uint64_t>(data.width);
+        for (std::size_t m = 0; m < errors_.size(); ++m)
+          if (codec_.measures()[m].part == part_) errors_[m].count += static_cast<std::uint64_t>(data.width);
         continue;
       }
       channels::ConstPlaneRow reference{};

@@ -4,7 +4,7 @@
 #include <string>
 
 #include "builder/pipeline/block_quality.h"
-#include "builder/pyramid/plane_cascade.h"
+#include "builder/pyramid/make_cascade.h"
 
 namespace vt::pipeline {
 namespace {
@@ -117,9 +117,10 @@ Result<void> BlockJob::run(std::size_t tier_index, std::int64_t index, const std
                            const std::atomic<bool>* cancel) {
   const InStage stage(clock_, Stage::kFilter);
   const Tier& tier = work_.tiers()[tier_index];
-  pyramid::PlaneCascade cascade(pyramid::plan_block(tier.block(index), tier.data, tier.outputs, tier.has_carry, plan_.kernel), tier.outputs,
-                                plan_.sampler->codec().rules(), plan_.sampler->codec().weight_plane(), plan_.kernel,
-                                plan_.info.tile_exponent);
+  const std::unique_ptr<pyramid::Cascade> made = pyramid::make_cascade(
+      pyramid::plan_block(tier.block(index), tier.data, tier.outputs, tier.has_carry, plan_.kernel), tier.outputs, plan_.sampler->codec(),
+      plan_.kernel, plan_.info.finest.value - tier.base.value, plan_.info.tile_exponent);
+  pyramid::Cascade& cascade = *made;
   Output output(*this, tier, cascade);
   content_.reset();
   if (tier_index == 0) {
@@ -179,6 +180,7 @@ Result<void> BlockJob::feed_from_sources(pyramid::Cascade& cascade, Output& outp
         output.base_texels(row, texels + west * texel_bytes, core_planes, opaque);
       }
     }
+    VT_CHECK(cascade.status());
     VT_CHECK(output.status());
     const TexelRect done = intersect(core, {core.x, rect.y, core.width, rect.height});
     progress(static_cast<std::uint64_t>(done.width * done.height));

@@ -23,7 +23,11 @@ std::string area_text(const Area& area) {
 }
 
 channels::ChannelSettings settings_for(const LayerRequest& request, const LayerInfo& info) {
-  return {.channel = request.channel, .format = info.format, .transfer = info.transfer, .options = request.options};
+  return {.channel = request.channel,
+          .format = info.format,
+          .transfer = info.transfer,
+          .source_nodata = info.source_nodata,
+          .options = request.options};
 }
 
 // What the codec adds to a layer whose place and size are known: the meaning of its numbers, and the parts beside it.
@@ -42,14 +46,21 @@ void describe_parts(LayerPlan& plan) {
   plan.info = plan.parts.front();
 }
 
-// All of the layer but its place and size. `may_be_empty`: there can be texels without data inside a source.
-Result<LayerInfo> describe_layer(const LayerRequest& request, bool may_be_empty, std::optional<double> nodata) {
+// Of a layer for which the user names no format.
+TexelFormat usual_format(ChannelType channel, SampleType samples, bool may_be_empty) {
+  // Coverage has to be stored when there can be texels without data; an opaque format is the user's explicit wish.
+  if (channel == ChannelType::kColor && may_be_empty) return TexelFormat::kRgba8;
+  if (channel == ChannelType::kMaterial && sample_bytes(samples) > 1) return TexelFormat::kR16;
+  return channel_info(channel).default_format;
+}
+
+// All of the layer but its place and size. `may_be_empty`: there can be texels without data inside a source; `samples` and `nodata` are the
+// first source's.
+Result<LayerInfo> describe_layer(const LayerRequest& request, bool may_be_empty, SampleType samples, std::optional<double> nodata) {
   LayerInfo info;
   info.name = request.name;
   info.channel = request.channel;
-  // Coverage has to be stored when there can be texels without data; an opaque format is the user's explicit wish.
-  info.format = request.format.value_or(
-      request.channel == ChannelType::kColor && may_be_empty ? TexelFormat::kRgba8 : channel_info(request.channel).default_format);
+  info.format = request.format.value_or(usual_format(request.channel, samples, may_be_empty));
   info.transfer = request.channel == ChannelType::kColor ? Transfer::kSrgb : Transfer::kLinear;
   if (request.tile_texels < 4 || request.tile_texels > 4096 || !std::has_single_bit(static_cast<unsigned>(request.tile_texels)))
     return fail(ErrorCode::kUsage, "tile size " + std::to_string(request.tile_texels) + " is not a power of two from 4 to 4096");
@@ -147,7 +158,8 @@ Result<void> plan_with_sources(const LayerRequest& request, const std::optional<
   const bool may_be_empty = std::any_of(sources.begin(), sources.end(), [](const OpenSource& s) {
     return s.raster->info().alpha_band >= 0 || s.raster->info().nodata.has_value();
   });
-  VT_ASSIGN(plan.info, describe_layer(request, may_be_empty, sources.front().raster->info().nodata));
+  const source::RasterInfo& first = sources.front().raster->info();
+  VT_ASSIGN(plan.info, describe_layer(request, may_be_empty, first.sample_type, first.nodata));
   std::vector<Bounds> bounds(sources.size());
   VT_CHECK(for_each_index(sources.size(), threads, [&](std::size_t i) -> Result<void> {
     VT_ASSIGN(bounds[i], bounds_in(plan.crs, sources[i]));
@@ -196,7 +208,7 @@ Result<void> plan_without_sources(const LayerRequest& request, const std::option
   plan.crs = frame ? frame->crs : *request.crs;
 
   const ExpectedSamples& expected = *request.expected;
-  VT_ASSIGN(plan.info, describe_layer(request, expected.has_alpha || expected.nodata.has_value(), expected.nodata));
+  VT_ASSIGN(plan.info, describe_layer(request, expected.has_alpha || expected.nodata.has_value(), expected.type, expected.nodata));
   VT_ASSIGN(const Bounds bounds, bounds_of(*request.area));
   VT_CHECK(lay_out(request, frame, nullptr, bounds, plan));
   const channels::SampleLayout layout{.type = expected.type,

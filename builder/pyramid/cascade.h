@@ -60,6 +60,8 @@ class Cascade {
   [[nodiscard]] virtual channels::PlaneRow begin_row() = 0;
   // The row is written; `opaque`: all its weights are exactly 1. Passes on every row that can now be finished.
   virtual void end_row(bool opaque, RowSink& sink) = 0;
+  // An error when a row that was written cannot be part of the layer. The cascade goes on without its data, so asking now and then is enough.
+  [[nodiscard]] virtual Result<void> status() const { return {}; }
 
   // Instead of rows, of a tier that goes on from carry: all rows of the active rectangle in one row of tiles. kCorrupt: bytes that are no
   // carry.

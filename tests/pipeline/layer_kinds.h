@@ -40,6 +40,9 @@ inline std::vector<Case> cases() {
   const auto slopes = [holes](std::int64_t x, std::int64_t y, int band) {
     return holes(x, y) ? 0.0 : band == 2 ? 1.0 : (hash_noise(x, y, band) % 200) / 100.0 - 1.0;
   };
+  const auto land_cover = [holes](std::int64_t x, std::int64_t y, int) {
+    return holes(x, y) ? 0.0 : static_cast<double>(1 + (x / 7 + y / 9) % 5 + hash_noise(x, y, 0) % 3);
+  };
   const auto angle = [holes](std::int64_t x, std::int64_t y, int band) {
     return holes(x, y) ? -32768.0 : static_cast<double>((x + y) % 20 + hash_noise(x, y, band) % 30) - 5.0;
   };
@@ -153,6 +156,14 @@ inline std::vector<Case> cases() {
        [holes](std::int64_t x, std::int64_t y, int band) {
          return holes(x, y) ? std::nan("") : std::exp2(static_cast<double>(hash_noise(x, y, band) % 20000) / 1000.0 - 5.0);
        }},
+      {"land_cover", {.width = 301, .height = 203, .bands = 1, .nodata = 0.0}, ChannelType::kMaterial, "box", TexelFormat::kR8, land_cover},
+      {"land_cover_mixture",
+       {.width = 203, .height = 301, .bands = 1, .type = SampleType::kUint16},
+       ChannelType::kMaterial,
+       "box",
+       TexelFormat::kR16,
+       [](std::int64_t x, std::int64_t y, int) { return static_cast<double>((x / 17 + y / 13) % 3 == 0 ? hash_noise(x, y, 0) % 3000 : 7); },
+       {{"mixture", "4"}}},
   };
 }
 

@@ -1,0 +1,204 @@
+#include "builder/pyramid/class_cascade.h"
+
+#include <algorithm>
+#include <cassert>
+#include <string>
+
+#include "builder/pyramid/class_carry.h"
+
+namespace vt::pyramid {
+
+using channels::ConstPlaneRow;
+using channels::PlaneRow;
+
+ClassCascade::ClassCascade(std::vector<BlockLevel> levels, int outputs, const channels::ClassCounting& classes, int depth,
+                           int tile_exponent)
+    : Cascade(std::move(levels), outputs),
+      classes_(classes),
+      planes_(channels::class_planes(classes.ranked)),
+      tile_exponent_(tile_exponent) {
+  assert(level_count() > 0 && !level(0).active.empty());
+  std::int64_t widest = 0;
+  for (int k = 0; k < level_count(); ++k) {
+    LevelState state;
+    state.plan = level(k);
+    state.texel_area = std::uint64_t{1} << (2 * (depth + k));
+    state.stride = state.plan.active.width + 2 * kPad;
+    state.next_row = state.plan.active.y;
+    state.next_emitted = state.plan.core.y;
+    if (k < outputs) state.ring.assign(static_cast<std::size_t>(kRingRows * planes_ * state.stride), 0.0F);
+    widest = std::max(widest, state.stride);
+    state_.push_back(std::move(state));
+  }
+  nothing_.assign(static_cast<std::size_t>(widest), 0.0F);
+  no_counts_ = CountRow::nothing(widest);
+  if (has_carry()) {
+    // A texel without classes is one byte of 0.
+    const std::int64_t edge = std::int64_t{1} << tile_exponent;
+    carry_.assign(static_cast<std::size_t>((level(outputs).core.y & (edge - 1)) * edge), std::byte{0});
+  }
+}
+
+PlaneRow ClassCascade::row_at(LevelState& level, std::int64_t y) {
+  const std::int64_t slot = (y - level.plan.active.y) % kRingRows;
+  PlaneRow row{};
+  for (int p = 0; p < planes_; ++p) row[static_cast<std::size_t>(p)] = level.ring.data() + (slot * planes_ + p) * level.stride + kPad;
+  return row;
+}
+
+ConstPlaneRow ClassCascade::row_or_nothing(LevelState& level, std::int64_t y, std::int64_t x) {
+  const TexelRect& active = level.plan.active;
+  const bool is_there = y >= active.y && y < active.bottom();
+  const PlaneRow there = is_there ? row_at(level, y) : PlaneRow{};
+  ConstPlaneRow row{};
+  for (std::size_t p = 0; p < static_cast<std::size_t>(planes_); ++p)
+    row[p] = (is_there ? there[p] : nothing_.data() + kPad) + (x - active.x);
+  return row;
+}
+
+const CountRow& ClassCascade::counts_or_nothing(const LevelState& level, std::int64_t y) const {
+  const TexelRect& active = level.plan.active;
+  return y < active.y || y >= active.bottom() ? no_counts_ : level.counts[static_cast<std::size_t>(y & 1)];
+}
+
+PlaneRow ClassCascade::begin_row() {
+  assert(state_[0].next_row < level(0).active.bottom());
+  return row_at(state_[0], state_[0].next_row);
+}
+
+void ClassCascade::end_row(bool opaque, RowSink& sink) {
+  const std::int64_t y = state_[0].next_row;
+  check_classes(row_at(state_[0], y), y, opaque);
+  row_is_written(0, opaque, sink);
+}
+
+void ClassCascade::check_classes(const PlaneRow& row, std::int64_t y, bool& opaque) {
+  const std::int64_t width = level(0).active.width;
+  const float* const classes = row[0];
+  const float* const weights = row[channels::kClassWeightPlane];
+  const auto greatest = static_cast<float>(classes_.greatest);
+  const auto no_data = static_cast<float>(classes_.no_data);
+  const auto is_wrong = [&](std::int64_t i) {
+    return (static_cast<int>(!(classes[i] >= 0.0F)) | static_cast<int>(!(classes[i] <= greatest)) |
+            (static_cast<int>(classes[i] == no_data) & static_cast<int>(weights[i] > 0.0F))) != 0;
+  };
+  int wrong = 0;
+  for (std::int64_t i = 0; i < width; ++i) wrong |= static_cast<int>(is_wrong(i));
+  if (wrong == 0) return;
+  std::int64_t at = 0;
+  while (!is_wrong(at)) ++at;
+  if (status_) {
+    std::string message = "texel " + std::to_string(level(0).active.x + at) + ", " + std::to_string(y) + " of the finest level is class " +
+                          std::to_string(static_cast<std::int64_t>(classes[at]));
+    if (classes[at] == no_data) {
+      message += ", which stands for no data in this layer; give it as the source's no-data value, or choose another with no-data-class";
+    } else {
+      message += "; this layer holds classes 0 to " + std::to_string(classes_.greatest);
+      if (classes[at] > greatest && classes_.greatest < 65535) message += ", as r16 it would hold all to 65535";
+    }
+    status_ = fail(ErrorCode::kInvalidData, message);
+  }
+  for (int p = 0; p < planes_; ++p) std::fill_n(row[static_cast<std::size_t>(p)], width, 0.0F);
+  opaque = false;
+}
+
+void ClassCascade::row_is_written(int k, bool opaque, RowSink& sink) {
+  LevelState& level = state_[static_cast<std::size_t>(k)];
+  level.opaque[static_cast<std::size_t>((level.next_row - level.plan.active.y) % kRingRows)] = opaque;
+  ++level.next_row;
+  emit_rows(k, sink);
+  make_coarser_rows(k, sink);
+}
+
+// A row is passed on as soon as the one below it exists.
+void ClassCascade::emit_rows(int k, RowSink& sink) {
+  LevelState& level = state_[static_cast<std::size_t>(k)];
+  const std::int64_t ready = level.next_row == level.plan.active.bottom() ? level.next_row : level.next_row - 1;
+  for (; level.next_emitted < std::min(ready, level.plan.core.bottom()); ++level.next_emitted) {
+    const std::int64_t y = level.next_emitted;
+    const std::int64_t x = level.plan.core.x;
+    const bool opaque = level.opaque[static_cast<std::size_t>((y - level.plan.active.y) % kRingRows)];
+    sink.row(k, y, {row_or_nothing(level, y - 1, x), row_or_nothing(level, y, x), row_or_nothing(level, y + 1, x), opaque});
+  }
+}
+
+void ClassCascade::make_coarser_rows(int k, RowSink& sink) {
+  if (k + 1 == level_count()) return;
+  LevelState& fine = state_[static_cast<std::size_t>(k)];
+  LevelState& coarse = state_[static_cast<std::size_t>(k) + 1];
+  const TexelRect& active = coarse.plan.active;
+  const bool fine_done = fine.next_row == fine.plan.active.bottom();
+  while (coarse.next_row < active.bottom() && (fine_done || 2 * coarse.next_row + 1 < fine.next_row)) {
+    const std::int64_t y = coarse.next_row;
+    CountRow& counts = coarse.counts[static_cast<std::size_t>(y & 1)];
+    const std::int64_t start = 2 * active.x - fine.plan.active.x;  // fine index under the first coarse texel; may be -1
+    if (k > 0 || base_has_counts_) {
+      add_counts(counts_or_nothing(fine, 2 * y), counts_or_nothing(fine, 2 * y + 1), start, active.width, counts);
+    } else {
+      const ConstPlaneRow upper = row_or_nothing(fine, 2 * y, fine.plan.active.x);
+      const ConstPlaneRow lower = row_or_nothing(fine, 2 * y + 1, fine.plan.active.x);
+      count_classes({upper[0], upper[channels::kClassWeightPlane]}, {lower[0], lower[channels::kClassWeightPlane]}, start, active.width,
+                    counts);
+    }
+    if (k + 1 == outputs()) {
+      keep_carry_row(y, counts);
+      ++coarse.next_row;
+    } else {
+      row_is_written(k + 1, rank_classes(counts, coarse.texel_area, classes_.ranked, row_at(coarse, y)), sink);
+    }
+  }
+}
+
+void ClassCascade::keep_carry_row(std::int64_t y, const CountRow& row) {
+  const TexelRect& core = level(outputs()).core;
+  const TexelRect& active = level(outputs()).active;
+  if (y < core.y || y >= core.bottom()) return;
+  const std::int64_t edge = std::int64_t{1} << tile_exponent_;
+  const std::int64_t west = core.x & (edge - 1);
+  carry_.insert(carry_.end(), static_cast<std::size_t>(west), std::byte{0});
+  for (std::int64_t i = 0; i < core.width; ++i) pack_texel(row.texel(core.x - active.x + i), carry_);
+  carry_.insert(carry_.end(), static_cast<std::size_t>(edge - west - core.width), std::byte{0});
+}
+
+void ClassCascade::carry_bytes(std::vector<std::byte>& out) const {
+  const TexelRect& core = level(outputs()).core;
+  const std::int64_t edge = std::int64_t{1} << tile_exponent_;
+  out = carry_;
+  out.insert(out.end(), static_cast<std::size_t>((edge - (core.y & (edge - 1)) - core.height) * edge), std::byte{0});
+}
+
+Result<void> ClassCascade::feed_carry(const CarryTiles& carry, RowSink& sink) {
+  base_has_counts_ = true;
+  const std::int64_t edge = std::int64_t{1} << tile_exponent_;
+  LevelState& base = state_[0];
+  const TexelRect& active = base.plan.active;
+  std::vector<CountReader> readers;
+  for (const std::vector<std::byte>& tile : carry.tiles) readers.emplace_back(tile, classes_, base.texel_area);
+  std::vector<ClassCount> texel;
+  for (std::int64_t y = carry.row * edge; y < (carry.row + 1) * edge; ++y) {
+    const bool is_active = y >= active.y && y < active.bottom();
+    CountRow& counts = base.counts[static_cast<std::size_t>(y & 1)];
+    if (is_active) counts.begin(0);
+    for (std::size_t i = 0; i < readers.size(); ++i) {
+      const std::int64_t tile_x = (carry.first_column + static_cast<std::int64_t>(i)) * edge;
+      for (std::int64_t x = tile_x; x < tile_x + edge; ++x) {
+        if (carry.tiles[i].empty()) {
+          texel.clear();
+        } else {
+          VT_CHECK(readers[i].read(texel));
+        }
+        if (!is_active || x < active.x || x >= active.right()) continue;
+        counts.append(texel);
+        counts.end_texel();
+      }
+    }
+    if (!is_active) continue;
+    counts.finish();
+    row_is_written(0, rank_classes(counts, base.texel_area, classes_.ranked, row_at(base, y)), sink);
+  }
+  for (const CountReader& reader : readers)
+    if (!reader.at_end()) return fail(ErrorCode::kCorrupt, "a tile of carry of classes: bytes are left after the last texel");
+  return {};
+}
+
+}  // namespace vt::pyramid

@@ -1,0 +1,63 @@
+// The cascade of layers of classes: every level keeps how much of each texel's area each class of the finest level holds, and what is
+// stored of a level is derived from these counts alone. The majority of majorities would be another class, and would make frequent classes
+// more frequent from level to level. Counts go on from tier to tier in full.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "builder/pyramid/cascade.h"
+#include "builder/pyramid/class_counts.h"
+
+namespace vt::pyramid {
+
+class ClassCascade final : public Cascade {
+ public:
+  // levels[0].active is not empty; it lies `depth` levels above the layer's finest. Tiles of carry are 2^tile_exponent texels a side. The
+  // planes are those of channels/class_planes.h.
+  ClassCascade(std::vector<BlockLevel> levels, int outputs, const channels::ClassCounting& classes, int depth, int tile_exponent);
+
+  [[nodiscard]] channels::PlaneRow begin_row() override;
+  void end_row(bool opaque, RowSink& sink) override;
+  // kInvalidData: a row held a class that the layer does not have; the message says which, where, and what helps. Its data are not counted.
+  [[nodiscard]] Result<void> status() const override { return status_; }
+  [[nodiscard]] Result<void> feed_carry(const CarryTiles& carry, RowSink& sink) override;
+  void carry_bytes(std::vector<std::byte>& out) const override;
+
+ private:
+  static constexpr std::int64_t kPad = 1;       // a texel without data on either side of a row
+  static constexpr std::int64_t kRingRows = 4;  // a row, its neighbours, and the one that is being written
+
+  struct LevelState {
+    BlockLevel plan;
+    std::uint64_t texel_area = 1;  // of a texel, in texels of the finest level
+    std::int64_t stride = 0;
+    std::int64_t next_row = 0;      // the row that is written next
+    std::int64_t next_emitted = 0;  // the row that is passed on next
+    std::vector<float> ring;        // none of the level that is carry
+    std::array<bool, kRingRows> opaque{};
+    std::array<CountRow, 2> counts;  // of the last even and the last odd row; not of a base that comes from sources
+  };
+
+  [[nodiscard]] channels::PlaneRow row_at(LevelState& level, std::int64_t y);
+  [[nodiscard]] channels::ConstPlaneRow row_or_nothing(LevelState& level, std::int64_t y, std::int64_t x);
+  [[nodiscard]] const CountRow& counts_or_nothing(const LevelState& level, std::int64_t y) const;
+  void check_classes(const channels::PlaneRow& row, std::int64_t y, bool& opaque);
+  void row_is_written(int k, bool opaque, RowSink& sink);
+  void emit_rows(int k, RowSink& sink);
+  void make_coarser_rows(int k, RowSink& sink);
+  void keep_carry_row(std::int64_t y, const CountRow& row);
+
+  channels::ClassCounting classes_;
+  int planes_;
+  int tile_exponent_;
+  bool base_has_counts_ = false;  // it came as carry
+  std::vector<LevelState> state_;
+  std::vector<float> nothing_;  // a row without data, for any plane
+  CountRow no_counts_;
+  std::vector<std::byte> carry_;  // the rows that are finished, packed
+  Result<void> status_;
+};
+
+}  // namespace vt::pyramid
