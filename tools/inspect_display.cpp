@@ -23,6 +23,9 @@ Display::Display(const LayerInfo& layer) {
   shows_bytes_ = !layout.is_float && !classes_.has_colors();
   const bool is_direction = layer.channel == ChannelType::kNormal && !layer.is_part && layout.is_float;
   has_only_xy_ = is_direction && layout.channels == 2;
+  channels_with_values_ =
+      has_only_xy_ ? 3 : std::min<std::size_t>(static_cast<std::size_t>(channels_), static_cast<std::size_t>(layout.channels));
+  if (classes_.has_colors()) channels_with_values_ = 3;
   is_light_ = layer.channel == ChannelType::kIllumination && layout.is_float;
   if (!layout.is_float || classes_.has_colors()) fixed_range_ = ValueRange{0.0F, 255.0F};
   if (is_direction) fixed_range_ = ValueRange{-1.0F, 1.0F};

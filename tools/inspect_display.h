@@ -26,6 +26,8 @@ class Display {
   [[nodiscard]] bool shows_bytes() const { return shows_bytes_; }
   // Grey or three colours; coverage is not among them.
   [[nodiscard]] int channels() const { return channels_; }
+  // Of those, how many say something: of two components the third colour stays dark.
+  [[nodiscard]] std::size_t channels_with_values() const { return channels_with_values_; }
   // What black and white are whatever the values are: codes, components of directions. nullopt: what the values reach.
   [[nodiscard]] std::optional<ValueRange> fixed_range() const { return fixed_range_; }
 
@@ -37,6 +39,7 @@ class Display {
 
  private:
   int channels_;
+  std::size_t channels_with_values_;
   bool shows_bytes_;
   bool has_only_xy_ = false;
   bool is_light_ = false;

@@ -129,8 +129,10 @@ geo::GeoTransform transform_of(const Area& area, const LayerInfo& layer, Level l
   return transform;
 }
 
-// What GDAL_NODATA and the samples shall say for "no data" in a float layer.
+// What GDAL_NODATA and the samples shall say for "no data" in a float layer. The source's own number means that only where the values are
+// the source's own: in degrees of a direction or kelvins of a code it would be a value like any other.
 std::optional<double> nodata_to_write(const LayerInfo& layer) {
+  if (layer.channel != ChannelType::kElevation && layer.channel != ChannelType::kMaterial) return std::numeric_limits<double>::quiet_NaN();
   const double nodata = layer.source_nodata;
   const bool fits = std::isnan(nodata) || std::abs(nodata) <= double{std::numeric_limits<float>::max()};
   return fits ? nodata : std::numeric_limits<double>::quiet_NaN();
@@ -196,7 +198,7 @@ Result<void> extract_stretched(const ExtractOptions& options, const Job& job, co
     std::vector<float> values(static_cast<std::size_t>(layout.channels));
     for (std::size_t texel = 0; texel < band.is_present.size(); ++texel) {
       read_texel(band, layout.is_float, texel, values);
-      finder.add(std::span<const float>(display.shown(values)).first(static_cast<std::size_t>(display.channels())));
+      finder.add(std::span<const float>(display.shown(values)).first(display.channels_with_values()));
     }
     return {};
   };
