@@ -9,12 +9,13 @@ namespace vt::pipeline {
 namespace {
 
 // Stored to raw bytes at zstd:3, the upper end of what aerial and satellite photographs and terrain models gave: photographs 0.2 to 0.4
-// (coverage costs nothing), their BC1 blocks 0.4 to 0.7, heights 0.15 to 0.45. Carry is stored at zstd:1. Everything else was not measured
-// and counts as it is, which is the most that it can take.
+// (coverage costs nothing), their BC1 blocks 0.4 to 0.7, heights 0.15 to 0.45, their bounds up to 0.55. Carry is stored at zstd:1.
+// Everything else was not measured and counts as it is, which is the most that it can take.
 constexpr double kPhotographRatio = 0.40;
 constexpr double kPhotographWithCoverageRatio = 0.30;
 constexpr double kBlockRatio = 0.70;
 constexpr double kHeightRatio = 0.45;
+constexpr double kHeightBoundsRatio = 0.55;
 constexpr double kUnmeasuredRatio = 1.0;
 constexpr double kColorCarryRatio = 0.55;
 constexpr double kHeightCarryRatio = 0.25;
@@ -22,6 +23,7 @@ constexpr double kHeightCarryRatio = 0.25;
 double tile_ratio(const LayerPlan& plan, TexelFormat format) {
   if (plan.compression.codec == store::Codec::kRaw) return 1.0;
   if (plan.info.channel == ChannelType::kElevation && format == TexelFormat::kR32Float) return kHeightRatio;
+  if (plan.info.channel == ChannelType::kElevation && format == TexelFormat::kRg32Float) return kHeightBoundsRatio;
   if (plan.info.channel != ChannelType::kColor) return kUnmeasuredRatio;
   switch (format) {
     case TexelFormat::kRgb8:
