@@ -13,6 +13,7 @@
 
 #include "builder/channels/channel_makers.h"
 #include "builder/channels/channel_options.h"
+#include "builder/channels/format_of_channels.h"
 #include "builder/channels/height_forms.h"
 #include "builder/channels/read_samples.h"
 
@@ -55,9 +56,7 @@ class ElevationCodec final : public ChannelCodec {
     rules_.push_back(PlaneRule::kGreatest);
     Part bounds = heights;
     bounds.suffix = "bounds";
-    bounds.format = bounds.texel_format = choices.format == TexelFormat::kR16        ? TexelFormat::kRg16
-                                          : choices.format == TexelFormat::kR16Float ? TexelFormat::kRg16Float
-                                                                                     : TexelFormat::kRg32Float;
+    bounds.format = bounds.texel_format = format_of_channels(choices.format, 2);
     bounds.components = {"least height", "greatest height"};
     bounds.ranges[1] = bounds.ranges[0];
     bounds.starts_above_base = true;  // one height is its own bounds

@@ -13,17 +13,13 @@
 #include "builder/channels/channel_makers.h"
 #include "builder/channels/channel_options.h"
 #include "builder/channels/class_table.h"
+#include "builder/channels/format_of_channels.h"
 #include "builder/channels/read_samples.h"
 
 namespace vt::channels {
 namespace {
 
 using Json = nlohmann::ordered_json;
-
-constexpr std::array<TexelFormat, kMostRankedClasses> k8Bit{TexelFormat::kR8, TexelFormat::kRg8, TexelFormat::kRgb8, TexelFormat::kRgba8};
-// Three 16-bit channels are no texel format.
-constexpr std::array<TexelFormat, kMostRankedClasses> k16Bit{TexelFormat::kR16, TexelFormat::kRg16, TexelFormat::kRgba16,
-                                                             TexelFormat::kRgba16};
 
 enum PartNumber : std::size_t { kMajority, kClasses, kWeights };
 
@@ -156,9 +152,8 @@ class MaterialCodec final : public ChannelCodec {
 
  private:
   void add_mixture() {
-    const auto formats = static_cast<std::size_t>(counting_.ranked - 1);
-    Part classes{.suffix = "classes", .format = (is_16_bit_ ? k16Bit : k8Bit)[formats]};
-    Part weights{.suffix = "weights", .format = k8Bit[formats]};
+    Part classes{.suffix = "classes", .format = format_of_channels(parts_[kMajority].format, counting_.ranked)};
+    Part weights{.suffix = "weights", .format = format_of_channels(TexelFormat::kR8, counting_.ranked)};
     for (int rank = 1; rank <= counting_.ranked; ++rank) {
       classes.components.push_back("class " + std::to_string(rank));
       weights.components.push_back("share of class " + std::to_string(rank));
