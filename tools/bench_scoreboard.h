@@ -17,7 +17,8 @@ struct LevelValues {
   std::int64_t width = 0;
   std::int64_t height = 0;
   int bands = 0;
-  std::vector<double> values;  // bands interleaved
+  SampleType type = SampleType::kFloat64;  // in the file
+  std::vector<double> values;              // bands interleaved
 
   [[nodiscard]] double at(std::int64_t x, std::int64_t y, int band = 0) const {
     return values[static_cast<std::size_t>((y * width + x) * bands + band)];

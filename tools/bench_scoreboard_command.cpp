@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <cstring>
 #include <limits>
@@ -54,7 +55,7 @@ Result<LevelValues> values_of_level(const store::StoreReader& reader, const Laye
   const TexelRect data = layer.data_rect(level);
   const auto channels = static_cast<std::size_t>(format_info(layer.format).channels);
   LevelValues values{
-      data.width, data.height, static_cast<int>(channels),
+      data.width, data.height, static_cast<int>(channels), SampleType::kFloat64,
       std::vector<double>(static_cast<std::size_t>(data.width * data.height) * channels, std::numeric_limits<double>::quiet_NaN())};
   const std::size_t edge = layer.tile_texels();
   std::vector<std::byte> payload(layer.tile_payload_bytes());
@@ -119,7 +120,7 @@ Result<LevelValues> values_of_file(const std::filesystem::path& path) {
   const std::size_t pitch = static_cast<std::size_t>(info.width) * bands.size() * bytes;
   std::vector<std::byte> samples(pitch * static_cast<std::size_t>(info.height));
   VT_CHECK(raster->read({0, 0, info.width, info.height}, bands, samples, pitch));
-  LevelValues values{info.width, info.height, info.bands, {}};
+  LevelValues values{info.width, info.height, info.bands, info.sample_type, {}};
   for (std::size_t at = 0; at < samples.size(); at += bytes) values.values.push_back(channels::read_sample(info.sample_type, &samples[at]));
   return values;
 }
@@ -133,12 +134,26 @@ Result<std::optional<Pyramid>> levels_of_file(const std::filesystem::path& path,
   const auto level_file = scratch / "level.tif";
   const auto messages = scratch / "messages.txt";
   for (std::size_t k = 0; k < overviews; ++k) {
-    std::filesystem::remove(level_file);
-    VT_ASSIGN(const ChildRun run,
-              run_child({{gdal.string(), "-q", "-ovr", std::to_string(k), path.string(), level_file.string()}, {}, messages, messages}));
-    auto level = run.exit_code == 0 ? values_of_file(level_file) : Result<LevelValues>(fail(ErrorCode::kIo, "no level"));
-    if (!level) return std::optional<Pyramid>{};
-    pyramid.push_back(std::move(*level));
+    // As an overview; some tools write plain pages instead.
+    const std::array<std::vector<std::string>, 2> ways = {
+        std::vector<std::string>{"-ovr", std::to_string(k), path.string()},
+        std::vector<std::string>{fmt::format("GTIFF_DIR:{}:{}", k + 2, path.string())},
+    };
+    bool is_read = false;
+    for (const std::vector<std::string>& way : ways) {
+      if (is_read) break;
+      std::filesystem::remove(level_file);
+      ChildCommand command{{gdal.string(), "-q"}, {}, messages, messages};
+      command.arguments.insert(command.arguments.end(), way.begin(), way.end());
+      command.arguments.push_back(level_file.string());
+      VT_ASSIGN(const ChildRun run, run_child(command));
+      if (run.exit_code != 0) continue;
+      auto level = values_of_file(level_file);
+      if (!level) continue;
+      pyramid.push_back(std::move(*level));
+      is_read = true;
+    }
+    if (!is_read) return std::optional<Pyramid>{};
   }
   return std::optional(std::move(pyramid));
 }
@@ -192,7 +207,11 @@ Result<std::string> judge_tool(const ScoreCase& score, const Tool& tool, const P
   VT_ASSIGN(const ChildRun child, run_child(command));
   if (child.exit_code != 0) return std::string("fails");
   VT_ASSIGN(const std::optional<Pyramid> pyramid, levels_of_file(output, score.overviews, gdal, scratch));
-  return pyramid ? score.judge(*pyramid) : std::string("unreadable");
+  if (!pyramid) return std::string("unreadable");
+  const SampleType base = pyramid->front().type;
+  if (std::ranges::all_of(*pyramid, [&](const LevelValues& level) { return level.type == base; })) return score.judge(*pyramid);
+  // Floats under another name are no numbers.
+  return base == SampleType::kFloat32 ? std::string("levels of another sample type") : "another sample type: " + score.judge(*pyramid);
 }
 
 // "average 128, cubic 128"; equal answers are given once.

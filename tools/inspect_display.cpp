@@ -17,16 +17,27 @@ constexpr double kShareOfLamps = 1.0 / 200.0;
 
 Display::Display(const LayerInfo& layer) {
   const TexelLayout layout = layout_of(layer);
-  channels_ = layout.channels == 1 ? 1 : 3;
+  const cli::ClassTable classes = cli::class_table_of(layer);
+  if (classes.has_colors() && layout.channels == 1) classes_ = classes;
+  channels_ = layout.channels == 1 && !classes_.has_colors() ? 1 : 3;
+  shows_bytes_ = !layout.is_float && !classes_.has_colors();
   const bool is_direction = layer.channel == ChannelType::kNormal && !layer.is_part && layout.is_float;
   has_only_xy_ = is_direction && layout.channels == 2;
+  channels_with_values_ =
+      has_only_xy_ ? 3 : std::min<std::size_t>(static_cast<std::size_t>(channels_), static_cast<std::size_t>(layout.channels));
+  if (classes_.has_colors()) channels_with_values_ = 3;
   is_light_ = layer.channel == ChannelType::kIllumination && layout.is_float;
-  if (!layout.is_float) fixed_range_ = ValueRange{0.0F, 255.0F};
+  if (!layout.is_float || classes_.has_colors()) fixed_range_ = ValueRange{0.0F, 255.0F};
   if (is_direction) fixed_range_ = ValueRange{-1.0F, 1.0F};
 }
 
 std::array<float, 3> Display::shown(std::span<const float> texel) const {
   std::array<float, 3> values{};
+  if (classes_.has_colors()) {
+    const auto color = std::isfinite(texel[0]) ? classes_.color_of(static_cast<int>(texel[0])) : std::nullopt;
+    for (std::size_t c = 0; c < 3; ++c) values[c] = color ? static_cast<float>((*color)[c]) : std::numeric_limits<float>::quiet_NaN();
+    return values;
+  }
   for (std::size_t c = 0; c < std::min<std::size_t>(texel.size(), 3); ++c) values[c] = texel[c];
   if (has_only_xy_) values[2] = std::sqrt(std::max(0.0F, 1.0F - values[0] * values[0] - values[1] * values[1]));
   return values;

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "store/layer.h"
+#include "tools/class_table.h"
 
 namespace vt::inspect {
 
@@ -21,21 +22,29 @@ class Display {
  public:
   explicit Display(const LayerInfo& layer);
 
+  // The layer's own channels are what is shown, byte for byte.
+  [[nodiscard]] bool shows_bytes() const { return shows_bytes_; }
   // Grey or three colours; coverage is not among them.
   [[nodiscard]] int channels() const { return channels_; }
+  // Of those, how many say something: of two components the third colour stays dark.
+  [[nodiscard]] std::size_t channels_with_values() const { return channels_with_values_; }
   // What black and white are whatever the values are: codes, components of directions. nullopt: what the values reach.
   [[nodiscard]] std::optional<ValueRange> fixed_range() const { return fixed_range_; }
 
-  // The values to show of a texel. A direction of which x and y are stored gets its z. NaN: no data.
+  // The values to show of a texel. A direction of which x and y are stored gets its z, a class its colour, where its layer's table has
+  // colours. NaN: no data.
   [[nodiscard]] std::array<float, 3> shown(std::span<const float> texel) const;
   // 0 to 255. Light is shown as the sRGB code of its share of the range, all else in proportion.
   [[nodiscard]] float tone(float value, const ValueRange& range) const;
 
  private:
   int channels_;
+  std::size_t channels_with_values_;
+  bool shows_bytes_;
   bool has_only_xy_ = false;
   bool is_light_ = false;
   std::optional<ValueRange> fixed_range_;
+  cli::ClassTable classes_;  // with colours, or empty
 };
 
 // The range of values that are seen bit by bit: from the least to the greatest; of light up to the value that one in 200 exceeds, so that a

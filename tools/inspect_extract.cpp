@@ -51,20 +51,26 @@ Result<void> for_each_band(LevelReader& level, const LayerInfo& layer, const Tex
   return {};
 }
 
-// The values of one texel of a band of floats.
-void read_texel(std::span<const std::byte> floats, std::size_t texel, std::span<float> values) {
-  std::memcpy(values.data(), &floats[texel * values.size_bytes()], values.size_bytes());
+// The values of one texel of a band, whether it holds bytes or floats.
+void read_texel(const Band& band, bool is_float, std::size_t texel, std::span<float> values) {
+  if (is_float) {
+    std::memcpy(values.data(), &band.texels[texel * values.size_bytes()], values.size_bytes());
+    return;
+  }
+  for (std::size_t c = 0; c < values.size(); ++c)
+    values[c] = band.is_present[texel] != 0 ? static_cast<float>(std::to_integer<std::uint8_t>(band.texels[texel * values.size() + c]))
+                                            : std::numeric_limits<float>::quiet_NaN();
 }
 
-// Floats to bytes, with alpha 0 where a shown channel is no number.
-void stretch(const Band& band, std::size_t channels, const Display& display, bool with_alpha, const ValueRange& range,
+// Values to bytes, with alpha 0 where a shown channel is no number.
+void stretch(const Band& band, const TexelLayout& layout, const Display& display, bool with_alpha, const ValueRange& range,
              std::vector<std::byte>& out) {
   const auto shown = static_cast<std::size_t>(display.channels());
   const std::size_t out_stride = shown + (with_alpha ? 1 : 0);
-  std::vector<float> values(channels);
+  std::vector<float> values(static_cast<std::size_t>(layout.channels));
   out.assign(band.is_present.size() * out_stride, std::byte{0});
   for (std::size_t texel = 0; texel < band.is_present.size(); ++texel) {
-    read_texel(band.texels, texel, values);
+    read_texel(band, layout.is_float, texel, values);
     const std::array<float, 3> seen = display.shown(values);
     bool is_known = true;
     for (std::size_t c = 0; c < shown; ++c) {
@@ -123,8 +129,10 @@ geo::GeoTransform transform_of(const Area& area, const LayerInfo& layer, Level l
   return transform;
 }
 
-// What GDAL_NODATA and the samples shall say for "no data" in a float layer.
+// What GDAL_NODATA and the samples shall say for "no data" in a float layer. The source's own number means that only where the values are
+// the source's own: in degrees of a direction or kelvins of a code it would be a value like any other.
 std::optional<double> nodata_to_write(const LayerInfo& layer) {
+  if (layer.channel != ChannelType::kElevation && layer.channel != ChannelType::kMaterial) return std::numeric_limits<double>::quiet_NaN();
   const double nodata = layer.source_nodata;
   const bool fits = std::isnan(nodata) || std::abs(nodata) <= double{std::numeric_limits<float>::max()};
   return fits ? nodata : std::numeric_limits<double>::quiet_NaN();
@@ -182,30 +190,30 @@ Result<void> extract_floats(const ExtractOptions& options, const Job& job, Level
 }
 
 // Twice over the window: once for the range, once to write.
-Result<void> extract_stretched(const ExtractOptions& options, const Job& job, LevelReader& level, cli::PictureSpec spec,
-                               cli::Progress& progress) {
-  const auto channels = static_cast<std::size_t>(layout_of(job.layer).channels);
-  const Display display(job.layer);
+Result<void> extract_stretched(const ExtractOptions& options, const Job& job, const Display& display, LevelReader& level,
+                               cli::PictureSpec spec, cli::Progress& progress) {
+  const TexelLayout layout = layout_of(job.layer);
   RangeFinder finder(job.layer);
   const auto include_band = [&](Band& band) -> Result<void> {
-    std::vector<float> values(channels);
+    std::vector<float> values(static_cast<std::size_t>(layout.channels));
     for (std::size_t texel = 0; texel < band.is_present.size(); ++texel) {
-      read_texel(band.texels, texel, values);
-      finder.add(std::span<const float>(display.shown(values)).first(static_cast<std::size_t>(display.channels())));
+      read_texel(band, layout.is_float, texel, values);
+      finder.add(std::span<const float>(display.shown(values)).first(display.channels_with_values()));
     }
     return {};
   };
   VT_CHECK(for_each_band(level, job.layer, job.rect, include_band));
   const ValueRange range = display.fixed_range().value_or(finder.range());
-  cli::print_note("vtinspect", fmt::format("{}: stretched {:g} .. {:g} to 0 .. 255; write .tif or .exr to keep the values",
-                                           options.output.string(), range.min, range.max));
+  if (layout.is_float)
+    cli::print_note("vtinspect", fmt::format("{}: stretched {:g} .. {:g} to 0 .. 255; write .tif or .exr to keep the values",
+                                             options.output.string(), range.min, range.max));
 
   spec.channels = display.channels() + (finder.has_holes() ? 1 : 0);
   spec.last_is_alpha = finder.has_holes();
   VT_ASSIGN(const auto picture, cli::create_picture(options.output, spec));
   std::vector<std::byte> bytes;
   const auto write_band = [&](Band& band) -> Result<void> {
-    stretch(band, channels, display, finder.has_holes(), range, bytes);
+    stretch(band, layout, display, finder.has_holes(), range, bytes);
     VT_CHECK(picture->write_rows(bytes, band.rect.height));
     progress.update(static_cast<std::uint64_t>(band.rect.bottom() - job.rect.y));
     return {};
@@ -234,10 +242,11 @@ Result<void> extract(const ExtractOptions& options, const Job& job) {
   cli::Progress progress(
       {.mode = options.progress, .title = "extracting", .unit = "rows", .total = static_cast<std::uint64_t>(job.rect.height)});
   progress.update(0);
-  if (!is_float) {
+  const Display display(job.layer);
+  if (kind == cli::PictureKind::kPng && !display.shows_bytes()) {
+    VT_CHECK(extract_stretched(options, job, display, level, spec, progress));
+  } else if (!is_float) {
     VT_CHECK(extract_bytes(options, job, level, spec, progress));
-  } else if (kind == cli::PictureKind::kPng) {
-    VT_CHECK(extract_stretched(options, job, level, spec, progress));
   } else {
     VT_CHECK(extract_floats(options, job, level, spec, progress));
   }

@@ -37,7 +37,7 @@ struct LevelSummary {
 };
 
 std::optional<double> compression_ratio(std::uint64_t tiles, std::size_t tile_bytes, std::uint64_t stored_bytes) {
-  if (stored_bytes == 0) return std::nullopt;
+  if (stored_bytes == 0 || tile_bytes == 0) return std::nullopt;  // blobs have no size in common
   return static_cast<double>(tiles) * static_cast<double>(tile_bytes) / static_cast<double>(stored_bytes);
 }
 

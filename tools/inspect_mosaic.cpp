@@ -64,8 +64,7 @@ ValueRange range_of(const std::vector<Cell>& cells, const LayerInfo& layer, cons
   RangeFinder finder(layer);
   for (const Cell& cell : cells)
     for (std::size_t at = 0; at < cell.values.size(); at += channels)
-      finder.add(std::span<const float>(display.shown(std::span(cell.values).subspan(at, channels)))
-                     .first(static_cast<std::size_t>(display.channels())));
+      finder.add(std::span<const float>(display.shown(std::span(cell.values).subspan(at, channels))).first(display.channels_with_values()));
   return finder.range();
 }
 

@@ -48,6 +48,16 @@ Result<LayerId> find_helper(const store::StoreWriter& writer, const LayerPlan& p
   return layer->id;
 }
 
+// A tile of carry is one record of the store. (Counts of classes take what they take.)
+Result<void> check_carry_size(const LayerPlan& plan) {
+  const std::uint64_t texels = std::uint64_t{plan.info.tile_texels()} * plan.info.tile_texels();
+  const std::uint64_t bytes = texels * static_cast<std::uint64_t>(plan.codec->planes()) * sizeof(float);
+  if (bytes <= store::kMaxRawBytes) return {};
+  return fail(ErrorCode::kUsage, "layer '" + plan.info.name + "' has " + std::to_string(plan.codec->planes()) +
+                                     " numbers a texel, which is too much for tiles of " + std::to_string(plan.info.tile_texels()) +
+                                     "; use a smaller --tile");
+}
+
 Result<BuiltLayer> open_existing(const store::StoreWriter& writer, const LayerPlan& plan, const LayerInfo& existing,
                                  bool may_differ_in_sources) {
   BuiltLayer layer;
@@ -90,6 +100,7 @@ Result<BuiltLayer> open_existing(const store::StoreWriter& writer, const LayerPl
 Result<BuiltLayer> open_built_layer(store::StoreWriter& writer, const LayerPlan& plan, int block_levels, bool may_differ_in_sources) {
   if (const auto existing = writer.find_layer(plan.info.name)) return open_existing(writer, plan, *existing, may_differ_in_sources);
 
+  if (has_carry(plan, block_levels)) VT_CHECK(check_carry_size(plan));
   BuiltLayer layer;
   layer.block_levels = block_levels;
   for (std::size_t i = 0; i < plan.parts.size(); ++i) {

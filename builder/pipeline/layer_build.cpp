@@ -210,7 +210,12 @@ Result<BuildReport> build_layer(store::StoreWriter& writer, const LayerPlan& pla
   report.block_levels = layer.block_levels;
   report.base_texels = static_cast<std::uint64_t>(plan.info.data.width) * static_cast<std::uint64_t>(plan.info.data.height);
   const WorkMap work(plan, layer.block_levels);
-  if (options.update && layer.was_there) VT_CHECK(find_changes(writer, plan, work, layer, report.threads, options, report));
+  if (options.update && layer.was_there) {
+    if (auto found = find_changes(writer, plan, work, layer, report.threads, options, report); !found) {
+      [[maybe_unused]] const auto kept = writer.commit();
+      return tl::unexpected(std::move(found).error());
+    }
+  }
   report.was_complete = layer.is_complete;
   if (!layer.is_complete) {
     auto built = build_tiers(writer, plan, work, layer, report.threads, options, report);

@@ -13,6 +13,7 @@
 #include "builder/pipeline/parallel.h"
 #include "builder/pipeline/place_source.h"
 #include "builder/pipeline/plan_remarks.h"
+#include "store/content_hash.h"
 
 namespace vt::pipeline {
 namespace {
@@ -28,6 +29,14 @@ channels::ChannelSettings settings_for(const LayerRequest& request, const LayerI
           .transfer = info.transfer,
           .source_nodata = info.source_nodata,
           .options = request.options};
+}
+
+// Two codecs whose blocks may lie in one layer.
+bool writes_the_same(const channels::ChannelCodec& a, const channels::ChannelCodec& b) {
+  const auto is_same = [](const channels::Part& x, const channels::Part& y) {
+    return x.suffix == y.suffix && x.format == y.format && x.ranges == y.ranges && x.zero_is_nodata == y.zero_is_nodata;
+  };
+  return a.source_planes() == b.source_planes() && a.planes() == b.planes() && std::ranges::equal(a.parts(), b.parts(), is_same);
 }
 
 // What the codec adds to a layer whose place and size are known: the meaning of its numbers, and the parts beside it.
@@ -97,13 +106,44 @@ Result<void> check_frame(const LayerPlan& plan, const std::optional<DatasetFrame
                                            "); check the source's coordinate system or choose another store");
 }
 
+std::string hash_of(std::string_view text) {
+  store::ContentHasher hasher;
+  hasher.add(std::as_bytes(std::span(text)));
+  std::string digits;
+  for (const std::byte byte : hasher.digest().bytes) {
+    constexpr std::string_view kHex = "0123456789abcdef";
+    digits += kHex[std::to_integer<std::size_t>(byte) >> 4U];
+    digits += kHex[std::to_integer<std::size_t>(byte) & 15U];
+  }
+  return digits;
+}
+
+// Of a file what it holds decides; a hash says it in few bytes.
+std::string option_in_settings(ChannelType channel, const std::string& name, const std::string& value) {
+  const bool is_file = std::ranges::any_of(channels::all_options(), [&](const channels::OptionInfo& info) {
+    return info.channel == channel && info.name == name && info.is_file;
+  });
+  return is_file ? hash_of(value) : value;
+}
+
+nlohmann::ordered_json part_in_settings(const channels::Part& part) {
+  nlohmann::ordered_json json = {{"suffix", part.suffix}, {"format", format_info(part.format).name}};
+  for (std::size_t c = 0; c < format_info(part.format).channels; ++c)
+    json["ranges"].push_back({part.ranges[c].scale, part.ranges[c].offset});
+  if (part.zero_is_nodata) json["zero_is_nodata"] = true;
+  if (!part.metadata_json.empty()) json["metadata"] = hash_of(part.metadata_json);
+  return json;
+}
+
 nlohmann::ordered_json settings_of(const LayerPlan& plan, const std::vector<OpenSource>& sources) {
   const LayerRequest& request = plan.request;
   nlohmann::ordered_json settings;
   settings["channel"] = channel_info(request.channel).name;
   settings["format"] = format_info(plan.info.format).name;
   settings["kernel"] = plan.kernel.name;
-  for (const auto& [name, value] : request.options) settings["options"][name] = value;
+  for (const auto& [name, value] : request.options) settings["options"][name] = option_in_settings(request.channel, name, value);
+  // What the channel made of the first source as well: blocks of one layer cannot differ in it.
+  for (const channels::Part& part : plan.codec->parts()) settings["parts"].push_back(part_in_settings(part));
   if (request.quality != encode::Quality::kNormal) settings["quality"] = encode::quality_name(request.quality);
   settings["compression"] = request.compression;
   settings["tile"] = request.tile_texels;
@@ -185,6 +225,12 @@ Result<void> plan_with_sources(const LayerRequest& request, const std::optional<
     placed[i].codec = std::move(*codec);
   }
   plan.codec = placed.front().codec;
+  for (std::size_t i = 1; i < placed.size(); ++i)
+    if (!writes_the_same(*plan.codec, *placed[i].codec))
+      return fail(ErrorCode::kInvalidData,
+                  sources[i].request.path.string() + ": its samples make other texels than those of " +
+                      sources.front().request.path.string() +
+                      " (another number of bands, or codes that would mean something else); they cannot be one layer");
   describe_parts(plan);
   plan.source_load = load_of(sources, placed, plan.info, options.source_cache_bytes);
   remark_on(request, plan.resampling, plan.crs, sources, placed, plan.warnings);

@@ -8,14 +8,14 @@
 namespace vt::pipeline {
 namespace {
 
-constexpr std::uintmax_t kMostBytes = std::uintmax_t{16} << 20;
+constexpr std::uintmax_t kMostBytes = std::uintmax_t{1} << 20;
 
 Result<std::string> read_text(const std::filesystem::path& path, const std::string& option) {
   std::error_code error;
   const std::uintmax_t bytes = std::filesystem::file_size(path, error);
   if (error) return fail(ErrorCode::kIo, path.string() + ": " + error.message() + "; option " + option + " names it");
   if (bytes > kMostBytes)
-    return fail(ErrorCode::kIo, path.string() + ": has " + std::to_string(bytes) + " bytes, option " + option + " takes at most 16 MiB");
+    return fail(ErrorCode::kIo, path.string() + ": has " + std::to_string(bytes) + " bytes, option " + option + " takes at most 1 MiB");
   std::ifstream file(path, std::ios::binary);
   std::string text{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
   if (!file) return fail(ErrorCode::kIo, path.string() + ": cannot be read; option " + option + " names it");

@@ -106,7 +106,8 @@ Result<LayerRequest> layer_from(const json& value, const Scene& scene, const std
       return fail(ErrorCode::kInvalidData, where + "/format: unknown texel format '" + value["format"].get<std::string>() + "'");
   }
   layer.kernel = value.value("kernel", layer.kernel);
-  for (const auto& [name, option] : value.value("options", json::object()).items())
+  const json options = value.value("options", json::object());  // items() refers to it
+  for (const auto& [name, option] : options.items())
     layer.options[name] = option.is_string()    ? option.get<std::string>()
                           : option.is_boolean() ? (option.get<bool>() ? "yes" : "no")
                                                 : option.dump();

@@ -1,8 +1,9 @@
 // What vtinspect makes of numbers that are not their codes: scales and offsets, codes for "no data", directions, light; and of what a build
 // has measured.
-#include <bit>
+#include <array>
 #include <cmath>
 #include <cstring>
+#include <optional>
 #include <stdexcept>
 
 #include "store/half.h"
@@ -115,6 +116,32 @@ TEST_F(VtinspectValues, AFewLampsDoNotLeaveTheNightBlack) {
   const auto picture = read_png(directory_ / "n.png");
   EXPECT_GT(picture.at(0, 0, 0), 100);
   EXPECT_EQ(picture.at(37 % kEdge, 37 / kEdge, 0), 255);
+}
+
+TEST_F(VtinspectValues, ClassesAreShownInTheColoursOfTheirTable) {
+  std::vector<std::byte> ids(kEdge * kEdge, std::byte{7});
+  ids[0] = std::byte{9};
+  ids[1] = std::byte{255};
+  LayerInfo layer;
+  layer.name = "cover";
+  layer.channel = ChannelType::kMaterial;
+  layer.format = TexelFormat::kR8;
+  layer.metadata_json =
+      R"({"no_data_class":255,"classes":[{"id":7,"name":"water","color":"#102030"},{"id":9,"name":"rock","color":"#ff8000"}]})";
+  add_layer(layer, ids);
+  finish_store();
+  EXPECT_EQ(run({"extract", "s.vts", "-o", "c.png"}).exit_code, 0);
+  const auto picture = read_png(directory_ / "c.png");
+  ASSERT_EQ(picture.channels, 4);  // with coverage, since a texel has no data
+  const auto texel = [&](int x) {
+    return std::array<int, 4>{picture.at(x, 0, 0), picture.at(x, 0, 1), picture.at(x, 0, 2), picture.at(x, 0, 3)};
+  };
+  EXPECT_EQ(texel(0), (std::array<int, 4>{0xFF, 0x80, 0x00, 255}));
+  EXPECT_EQ(texel(1)[3], 0);
+  EXPECT_EQ(texel(2), (std::array<int, 4>{0x10, 0x20, 0x30, 255}));
+  // A GeoTIFF keeps the numbers.
+  EXPECT_EQ(run({"extract", "s.vts", "-o", "c.tif"}).exit_code, 0);
+  EXPECT_EQ(read_tiff(directory_ / "c.tif").bands, 1);
 }
 
 TEST_F(VtinspectValues, InfoShowsWhatWasMeasured) {

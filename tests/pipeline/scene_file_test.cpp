@@ -52,6 +52,22 @@ TEST_F(SceneFile, GivesBackWhatItSays) {
   EXPECT_FALSE(scene->layers[1].format.has_value());
 }
 
+TEST_F(SceneFile, OptionsAreTextAndFilesTheirContent) {
+  std::ofstream(folder_ / "classes.json") << "[]";
+  const auto scene = read(R"({"format": "vt-scene", "version": 1, "name": "n", "layers": [
+    {"name": "m", "channel": "material", "sources": ["m.tif"], "options": {"mixture": 3, "classes": "classes.json"}},
+    {"name": "e", "channel": "elevation", "sources": ["e.tif"], "quality": "best", "options": {"bounds": true, "fill": "none", "quantum": 0.25}}]})");
+  ASSERT_TRUE(scene.has_value()) << scene.error().message;
+  EXPECT_EQ(scene->layers[0].options, (channels::Options{{"mixture", "3"}, {"classes", "[]"}}));
+  EXPECT_EQ(scene->layers[1].options, (channels::Options{{"bounds", "yes"}, {"fill", "none"}, {"quantum", "0.25"}}));
+  EXPECT_EQ(scene->layers[1].quality, encode::Quality::kBest);
+  const auto missing = read(R"({"format": "vt-scene", "version": 1, "name": "n", "layers": [
+    {"name": "m", "channel": "material", "sources": ["m.tif"], "options": {"classes": "nowhere.json"}}]})");
+  ASSERT_FALSE(missing.has_value());
+  EXPECT_EQ(missing.error().code, ErrorCode::kIo);
+  EXPECT_NE(missing.error().message.find("nowhere.json"), std::string::npos) << missing.error().message;
+}
+
 TEST_F(SceneFile, AFolderOrAListIsAllItsFiles) {
   std::filesystem::create_directory(folder_ / "tiles");
   for (const char* name : {"tiles/b.tif", "tiles/a.tif"}) std::ofstream(folder_ / name) << "x";

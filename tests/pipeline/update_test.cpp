@@ -177,6 +177,60 @@ TEST_F(Update, AnotherSettingIsNoUpdate) {
   EXPECT_EQ(refused.error().code, ErrorCode::kExists);
 }
 
+// Parts, carry of many planes and quality are updated with the layer.
+TEST(UpdateOfParts, GivesWhatANewBuildGives) {
+  const test::TempFolder folder;
+  const RasterSpec spec{.width = 300, .height = 200, .bands = 1};
+  const auto cover = [](std::int64_t x, std::int64_t y, int) { return static_cast<double>((x / 7 + y / 9) % 5 + hash_noise(x, y, 0) % 2); };
+  LayerRequest request = request_for({folder / "cover.tif"}, ChannelType::kMaterial);
+  request.options["mixture"] = "3";
+  write_raster(folder / "cover.tif", spec, cover);
+  build(folder / "store.vts", request, {.threads = 2, .block_levels = 1});
+  write_raster(folder / "cover.tif", spec,
+               [&](std::int64_t x, std::int64_t y, int band) { return x / 20 == 5 && y / 20 == 4 ? 9.0 : cover(x, y, band); });
+  const BuildReport report = build(folder / "store.vts", request, {.threads = 2, .update = true});
+  EXPECT_GE(report.blocks_changed, 1);
+  build(folder / "anew.vts", request, {.threads = 1, .block_levels = 1});
+  for (const char* name : {"material", "material/classes", "material/weights", "material/carry", "material/quality"})
+    EXPECT_TRUE(tiles_of(folder / "store.vts", name) == tiles_of(folder / "anew.vts", name)) << name;
+  const auto quality = [&](const char* store) {
+    const std::string metadata = store::StoreReader::open(folder / store)->find_layer("material")->metadata_json;
+    return metadata.substr(metadata.find("\"quality\""));
+  };
+  EXPECT_EQ(quality("store.vts"), quality("anew.vts"));
+}
+
+// What codes mean may follow from the first source. Another one cannot give them another meaning in the blocks that change.
+TEST(UpdateOfParts, CodesKeepTheirMeaning) {
+  const test::TempFolder folder;
+  const auto height = [](std::int64_t x, std::int64_t, int) { return static_cast<double>(x); };
+  LayerRequest request = request_for({folder / "heights.tif"}, ChannelType::kElevation);
+  request.format = TexelFormat::kR16;
+  write_raster(folder / "heights.tif", {.width = 64, .height = 64, .bands = 1, .type = SampleType::kInt16}, height);
+  build(folder / "store.vts", request);
+  write_raster(folder / "heights.tif", {.width = 64, .height = 64, .bands = 1, .type = SampleType::kUint16}, height);
+  auto plan = plan_layer(request, std::nullopt, std::size_t{8} << 20);
+  ASSERT_TRUE(plan.has_value());
+  auto writer = open_or_create(folder / "store.vts", plan->crs, plan->extent());
+  ASSERT_TRUE(writer.has_value());
+  const auto report = build_layer(*writer, *plan, {.update = true});
+  ASSERT_FALSE(report.has_value());
+  EXPECT_EQ(report.error().code, ErrorCode::kExists);
+}
+
+TEST(UpdateOfParts, SourcesThatMakeOtherTexelsAreNoLayer) {
+  const test::TempFolder folder;
+  const auto angle = [](std::int64_t, std::int64_t, int) { return 0.1; };
+  write_raster(folder / "two.tif", {.width = 64, .height = 64, .bands = 2, .type = SampleType::kFloat32}, angle);
+  write_raster(folder / "four.tif", {.width = 64, .height = 64, .bands = 4, .type = SampleType::kFloat32}, angle);
+  const auto plan =
+      plan_layer(request_for({folder / "two.tif", folder / "four.tif"}, ChannelType::kHorizon), std::nullopt, std::size_t{8} << 20);
+  ASSERT_FALSE(plan.has_value());
+  EXPECT_EQ(plan.error().code, ErrorCode::kInvalidData);
+  EXPECT_NE(plan.error().message.find("four.tif"), std::string::npos);
+  EXPECT_NE(plan.error().message.find("two.tif"), std::string::npos);
+}
+
 TEST(WorkMap, FindsTheBlocksUnderSourcesWithoutLookingAtAllOthers) {
   const test::TempFolder folder;
   RasterSpec spec{.width = 50, .height = 40};

@@ -292,5 +292,40 @@ TEST_F(Vtbench, WrongUsageAndMissingFilesHaveTheirExitCodes) {
   }
 }
 
+// Ours against the answers by analysis; what other tools make of them is theirs.
+TEST_F(Vtbench, TheScoreboardsAnswersAreRight) {
+  ASSERT_EQ(
+      run({"scoreboard", "--only-ours", "--scratch", (std::filesystem::create_directory(folder_ / "scratch"), file("scratch")), "--json"}),
+      0)
+      << text("err");
+  const auto rows = nlohmann::json::parse(text("out")).at("results");
+  const auto ours = [&](std::size_t row) { return rows.at(row).at("vtbuild").get<std::string>(); };
+  ASSERT_EQ(rows.size(), 9U);
+  EXPECT_EQ(ours(0), "188");
+  EXPECT_EQ(ours(1), "255,0,0 alpha 128");
+  EXPECT_EQ(ours(2), "100");
+  // Half a code of light is 0.3 % of the bar; 8.2 % are Kaiser-3's lobes, which the limit to ringing takes away.
+  EXPECT_EQ(ours(3), "box, kaiser3 anti-ringing: 0.3 %; mitchell: 1.7 %; kaiser3: 8.2 %");
+  EXPECT_EQ(ours(4), "1.00 (spread kept: 0.50)");
+  EXPECT_EQ(ours(5), "129, 0.000, 0.000");
+  EXPECT_EQ(ours(6), "0,0,0,0");
+  EXPECT_NEAR(std::stod(ours(7)), 0.0, 0.02);  // of a code
+  EXPECT_EQ(ours(8), "40/30/30");
+  EXPECT_TRUE(left_nothing());
+}
+
+TEST_F(Vtbench, EveryChannelAndFormatIsMeasured) {
+  std::filesystem::create_directory(folder_ / "scratch");
+  ASSERT_EQ(run({"channels", "--size", "128", "--runs", "1", "--only-ours", "--scratch", file("scratch"), "--json"}), 0) << text("err");
+  const auto rows = nlohmann::json::parse(text("out")).at("results");
+  std::set<std::string> channels;
+  for (const auto& row : rows) {
+    channels.insert(row.at("channel").get<std::string>());
+    EXPECT_GT(row.at("mpx_per_s").get<double>(), 0.0);
+  }
+  EXPECT_EQ(channels.size(), 8U);
+  EXPECT_TRUE(left_nothing());
+}
+
 }  // namespace
 }  // namespace vt::bench
