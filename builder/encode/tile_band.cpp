@@ -25,7 +25,7 @@ bool is_one_value(std::span<const std::byte> texels, std::size_t texel_bytes) {
 }
 
 TileBand::TileBand(const LayerInfo& layer, const channels::ChannelCodec& codec, std::size_t part, store::Compression compression,
-                   Quality quality, Level level, const TexelRect& core)
+                   Quality quality, Level level, const TexelRect& core, const ReferenceRows* reference)
     : format_(layer.format),
       codec_(codec),
       part_(part),
@@ -33,13 +33,12 @@ TileBand::TileBand(const LayerInfo& layer, const channels::ChannelCodec& codec, 
       quality_(quality),
       level_(level),
       core_(core),
-      is_densely_measured_(layer.data_rect(level).width * layer.data_rect(level).height <= kDenselyMeasuredTexels),
+      reference_(reference),
       tile_texels_(layer.tile_texels()),
       tile_exponent_(layer.tile_exponent),
       texel_bytes_(format_info(codec.parts()[part].texel_format).block_bytes),
       tile_row_(core.y >> layer.tile_exponent),
       next_y_(core.y),
-      is_exact_(static_cast<std::size_t>(tile_texels_), false),
       errors_(codec.measures().size()) {
   if (core.empty()) return;
   const std::int64_t first = core.x >> tile_exponent_;
@@ -48,15 +47,11 @@ TileBand::TileBand(const LayerInfo& layer, const channels::ChannelCodec& codec, 
     OpenTile tile;
     tile.column = static_cast<std::uint32_t>(column);
     tile.texels.resize(static_cast<std::size_t>(tile_texels_ * tile_texels_) * texel_bytes_);
-    const std::int64_t groups = tile_texels_ / 4;
-    const std::int64_t measured = is_densely_measured_ ? groups : (groups + kMeasuredRowOfBlocks - 1) / kMeasuredRowOfBlocks;
-    tile.reference.resize(static_cast<std::size_t>(measured * 4 * codec_.planes() * tile_texels_));
     open_.push_back(std::move(tile));
   }
 }
 
-// Cuts the row at tile borders; `write_segment(tile, column in the level, offset in the row, count, out)` returns whether the segment has
-// data.
+// Cuts the row at tile borders; `write_segment(offset in the row, count, out)` returns whether the segment has data.
 template <class WriteSegment>
 void TileBand::add_segments(std::int64_t y, const WriteSegment& write_segment) {
   assert(y == next_y_ && y < core_.bottom());
@@ -67,50 +62,26 @@ void TileBand::add_segments(std::int64_t y, const WriteSegment& write_segment) {
     const std::int64_t x0 = std::max(tile_x, core_.x);
     const std::int64_t x1 = std::min(tile_x + tile_texels_, core_.right());
     std::byte* out = tile.texels.data() + static_cast<std::size_t>(row_in_tile * tile_texels_ + (x0 - tile_x)) * texel_bytes_;
-    if (write_segment(tile, x0, x1 - x0, out)) tile.has_data = true;
+    if (write_segment(x0 - core_.x, x1 - x0, out)) tile.has_data = true;
   }
 }
 
 Result<void> TileBand::add_row(std::int64_t y, const channels::RowNeighbourhood& rows) {
-  const bool measured = is_measured(y);
-  is_exact_[static_cast<std::size_t>(y & (tile_texels_ - 1))] = false;
   Result<void> status;
-  add_segments(y, [&](OpenTile& tile, std::int64_t x, std::int64_t count, std::byte* out) {
-    const std::int64_t offset = x - core_.x;
+  add_segments(y, [&](std::int64_t offset, std::int64_t count, std::byte* out) {
     const channels::RowNeighbourhood segment{shifted(rows.above, offset), shifted(rows.here, offset), shifted(rows.below, offset),
                                              rows.opaque};
     if (status) status = codec_.encode_row(part_, segment, count, out);
-    if (measured) keep_reference(tile, y, x, segment.here, count);
     return rows.opaque || codec_.has_data(part_, segment.here, count);
   });
   return status;
 }
 
 void TileBand::add_texels(std::int64_t y, const std::byte* texels, const channels::ConstPlaneRow& planes, bool opaque) {
-  const bool measured = is_measured(y);
-  is_exact_[static_cast<std::size_t>(y & (tile_texels_ - 1))] = format_ == codec_.parts()[part_].texel_format;
-  add_segments(y, [&](OpenTile& tile, std::int64_t x, std::int64_t count, std::byte* out) {
-    const std::int64_t offset = x - core_.x;
+  add_segments(y, [&](std::int64_t offset, std::int64_t count, std::byte* out) {
     std::memcpy(out, texels + static_cast<std::size_t>(offset) * texel_bytes_, static_cast<std::size_t>(count) * texel_bytes_);
-    if (measured) keep_reference(tile, y, x, shifted(planes, offset), count);
     return opaque || codec_.has_data(part_, shifted(planes, offset), count);
   });
-}
-
-bool TileBand::is_measured(std::int64_t y) const {
-  return is_densely_measured_ || (y >> 2) % kMeasuredRowOfBlocks == (y >> tile_exponent_) % kMeasuredRowOfBlocks;
-}
-
-float* TileBand::reference_row(OpenTile& tile, std::int64_t y, int plane) const {
-  const std::int64_t in_tile = y & (tile_texels_ - 1);
-  const std::int64_t slot = is_densely_measured_ ? in_tile : (in_tile >> 2) / kMeasuredRowOfBlocks * 4 + (in_tile & 3);
-  return tile.reference.data() + (slot * codec_.planes() + plane) * tile_texels_;
-}
-
-void TileBand::keep_reference(OpenTile& tile, std::int64_t y, std::int64_t x, const channels::ConstPlaneRow& planes,
-                              std::int64_t count) const {
-  for (int p = 0; p < codec_.planes(); ++p)
-    std::copy_n(planes[static_cast<std::size_t>(p)], count, reference_row(tile, y, p) + (x & (tile_texels_ - 1)));
 }
 
 Result<void> TileBand::take_finished(const TileSink& sink) {
@@ -174,8 +145,8 @@ Result<EncodedTile> TileBand::encode(OpenTile& tile) {
 }
 
 // `stored`: the tile's texels or blocks, or one of them at least when all are the same.
-void TileBand::measure(OpenTile& tile, std::span<const std::byte> stored, bool is_constant) {
-  if (errors_.empty()) return;
+void TileBand::measure(const OpenTile& tile, std::span<const std::byte> stored, bool is_constant) {
+  if (reference_ == nullptr || errors_.empty()) return;
   const FormatInfo& info = format_info(format_);
   const TexelRect rect = rect_of({level_, tile.column, static_cast<std::uint32_t>(tile_row_)}, tile_exponent_);
   const TexelRect data = intersect(rect, core_);
@@ -185,7 +156,7 @@ void TileBand::measure(OpenTile& tile, std::span<const std::byte> stored, bool i
   const std::size_t row_floats = edge * info.channels;
   decoded_.resize(4 * row_floats);
   for (std::int64_t group = data.y & ~std::int64_t{3}; group < data.bottom(); group += 4) {
-    if (!is_measured(group)) continue;
+    if (!reference_->is_measured(group)) continue;
     if (is_constant) {
       const std::size_t block = info.block_edge;
       store::decode_texels(format_, stored.first(info.block_bytes), block, block, std::span(decoded_).first(block * block * info.channels));
@@ -195,15 +166,8 @@ void TileBand::measure(OpenTile& tile, std::span<const std::byte> stored, bool i
       store::decode_texels(format_, stored.subspan(first * row_bytes, rows_at_once * row_bytes), edge, 4, decoded_);
     }
     for (std::int64_t y = std::max(group, data.y); y < std::min(group + 4, data.bottom()); ++y) {
-      if (is_exact_[static_cast<std::size_t>(y - rect.y)]) {
-        for (std::size_t m = 0; m < errors_.size(); ++m)
-          if (codec_.measures()[m].part == part_) errors_[m].count += static_cast<std::uint64_t>(data.width);
-        continue;
-      }
-      channels::ConstPlaneRow reference{};
-      for (int p = 0; p < codec_.planes(); ++p) reference[static_cast<std::size_t>(p)] = reference_row(tile, y, p) + (data.x - rect.x);
       codec_.add_errors(
-          part_, reference,
+          part_, shifted(reference_->row(y), data.x - core_.x),
           decoded_.data() + static_cast<std::size_t>(y - group) * row_floats + static_cast<std::size_t>(data.x - rect.x) * info.channels,
           data.width, errors_);
     }

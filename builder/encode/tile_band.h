@@ -11,6 +11,7 @@
 
 #include "builder/channels/channel_codec.h"
 #include "builder/encode/quality.h"
+#include "builder/encode/reference_rows.h"
 #include "store/codec.h"
 #include "store/layer.h"
 #include "store/result.h"
@@ -30,17 +31,12 @@ using TileSink = std::function<Result<void>(const EncodedTile&)>;
 // Every texel (or block, or planes of a texel) has the same bytes as the first; `texels` holds at least one, of `texel_bytes` each.
 [[nodiscard]] bool is_one_value(std::span<const std::byte> texels, std::size_t texel_bytes);
 
-// Errors are measured in whole rows of blocks, four texel rows each: in all of them in levels of up to so many texels, in one of sixteen in
-// larger ones.
-inline constexpr std::int64_t kDenselyMeasuredTexels = std::int64_t{1} << 20;
-inline constexpr std::int64_t kMeasuredRowOfBlocks = 16;
-
 class TileBand {
  public:
   // `layer` is the part's. `core` is the part of the level that the block owns, inside the data; tiles at its edges belong to no other
-  // block.
+  // block. `reference` outlives the band and is given every row before the band is, maybe one row earlier; null: nothing is measured.
   TileBand(const LayerInfo& layer, const channels::ChannelCodec& codec, std::size_t part, store::Compression compression, Quality quality,
-           Level level, const TexelRect& core);
+           Level level, const TexelRect& core, const ReferenceRows* reference);
 
   [[nodiscard]] bool is_empty() const { return core_.empty(); }
   [[nodiscard]] Level level() const { return level_; }
@@ -63,17 +59,13 @@ class TileBand {
     std::uint32_t column = 0;
     bool has_data = false;
     std::vector<std::byte> texels;
-    std::vector<float> reference;  // planes of the measured rows
   };
 
   template <class WriteSegment>
   void add_segments(std::int64_t y, const WriteSegment& write_segment);
-  [[nodiscard]] bool is_measured(std::int64_t y) const;
-  [[nodiscard]] float* reference_row(OpenTile& tile, std::int64_t y, int plane) const;
-  void keep_reference(OpenTile& tile, std::int64_t y, std::int64_t x, const channels::ConstPlaneRow& planes, std::int64_t count) const;
   void fill_outside(OpenTile& tile) const;
   [[nodiscard]] Result<EncodedTile> encode(OpenTile& tile);
-  void measure(OpenTile& tile, std::span<const std::byte> stored, bool is_constant);
+  void measure(const OpenTile& tile, std::span<const std::byte> stored, bool is_constant);
 
   TexelFormat format_;
   const channels::ChannelCodec& codec_;
@@ -82,14 +74,13 @@ class TileBand {
   Quality quality_;
   Level level_;
   TexelRect core_;
-  bool is_densely_measured_;
+  const ReferenceRows* reference_;
   std::int64_t tile_texels_;
   int tile_exponent_;
   std::size_t texel_bytes_;
   std::int64_t tile_row_ = 0;  // of the open tiles
   std::int64_t next_y_;
   std::vector<OpenTile> open_;
-  std::vector<bool> is_exact_;         // by row of the open tiles: stored as they came
   std::vector<std::byte> blocks_;      // of the tile being encoded
   std::vector<std::byte> compressed_;  // likewise
   std::vector<float> decoded_;         // a row of blocks of the tile being measured

@@ -32,20 +32,28 @@ class BlockJob::Output final : public pyramid::RowSink {
         base_core_(cascade.level(0).core),
         has_base_texels_(static_cast<std::size_t>(base_core_.height), false) {
     const channels::ChannelCodec& codec = job.plan_.sampler->codec();
+    const bool is_measured = !codec.measures().empty();
+    const auto level_of = [&](int k) { return Level{static_cast<std::uint8_t>(tier.base.value - k)}; };
+    for (int k = 0; k < tier.outputs; ++k)
+      references_.emplace_back(job.plan_.info, codec.planes(), level_of(k), is_measured ? cascade.level(k).core : TexelRect{});
     for (int k = 0; k < tier.outputs; ++k)
       for (std::size_t part = 0; part < parts_; ++part) {
-        const Level level{static_cast<std::uint8_t>(tier.base.value - k)};
+        const Level level = level_of(k);
         const bool is_left_out = level == job.plan_.info.finest ? codec.parts()[part].starts_above_base : codec.parts()[part].ends_at_base;
         bands_.emplace_back(job.plan_.parts[part], codec, part, job.plan_.compression, job.plan_.request.quality, level,
-                            is_left_out ? TexelRect{} : cascade.level(k).core);
+                            is_left_out ? TexelRect{} : cascade.level(k).core,
+                            is_measured ? &references_[static_cast<std::size_t>(k)] : nullptr);
       }
   }
 
   void row(int k, std::int64_t y, const channels::RowNeighbourhood& rows) override {
     if (!status_) return;
     const InStage stage(job_.clock_, Stage::kQuantise);
+    const bool comes_as_texels = k == 0 && has_base_texels_[static_cast<std::size_t>(y - base_core_.y)];
+    // The first part may take such a row before or after the others: the reference is kept for whoever is first.
+    if (!comes_as_texels || parts_ > 1) references_[static_cast<std::size_t>(k)].keep(y, rows.here);
     for (std::size_t part = 0; part < parts_; ++part) {
-      if (part == 0 && k == 0 && has_base_texels_[static_cast<std::size_t>(y - base_core_.y)]) continue;
+      if (part == 0 && comes_as_texels) continue;
       encode::TileBand& band = band_of(k, part);
       if (band.is_empty()) continue;
       status_ = band.add_row(y, rows);
@@ -66,6 +74,7 @@ class BlockJob::Output final : public pyramid::RowSink {
   void base_texels(std::int64_t y, const std::byte* texels, const channels::ConstPlaneRow& planes, bool opaque) {
     if (!status_) return;
     const InStage stage(job_.clock_, Stage::kQuantise);
+    references_[0].keep(y, planes);
     bands_[0].add_texels(y, texels, planes, opaque);
     store_finished(bands_[0], 0);
   }
@@ -98,8 +107,9 @@ class BlockJob::Output final : public pyramid::RowSink {
   BlockJob& job_;
   std::size_t parts_;
   TexelRect base_core_;
-  std::vector<bool> has_base_texels_;    // by row of the core
-  std::vector<encode::TileBand> bands_;  // the parts of the base, those of the next coarser level, ...
+  std::vector<bool> has_base_texels_;              // by row of the core
+  std::vector<encode::ReferenceRows> references_;  // by level, for the bands of all parts
+  std::vector<encode::TileBand> bands_;            // the parts of the base, those of the next coarser level, ...
   Result<void> status_;
 };
 
@@ -117,9 +127,9 @@ Result<void> BlockJob::run(std::size_t tier_index, std::int64_t index, const std
                            const std::atomic<bool>* cancel) {
   const InStage stage(clock_, Stage::kFilter);
   const Tier& tier = work_.tiers()[tier_index];
-  const std::unique_ptr<pyramid::Cascade> made = pyramid::make_cascade(
-      pyramid::plan_block(tier.block(index), tier.data, tier.outputs, tier.has_carry, plan_.kernel), tier.outputs, plan_.sampler->codec(),
-      plan_.kernel, plan_.info.finest.value - tier.base.value, plan_.info.tile_exponent);
+  const std::unique_ptr<pyramid::Cascade> made =
+      pyramid::make_cascade(pyramid::plan_block(tier.block(index), tier.data, tier.outputs, tier.has_carry, plan_.kernel), tier.outputs,
+                            plan_.sampler->codec(), plan_.kernel, plan_.info.finest.value - tier.base.value, plan_.info.tile_exponent);
   pyramid::Cascade& cascade = *made;
   Output output(*this, tier, cascade);
   content_.reset();

@@ -32,6 +32,8 @@ TileId quality_tile(const Tier& tier, std::int64_t index) {
   return {Level{static_cast<std::uint8_t>(carry.level.value + 1)}, 2 * carry.x, 2 * carry.y};
 }
 
+std::size_t block_quality_bytes(std::size_t levels, std::size_t measures) { return levels * measures * kSumBytes; }
+
 void write_block_quality(std::span<const LevelErrors> levels, std::vector<std::byte>& out) {
   out.clear();
   for (const LevelErrors& errors : levels)
@@ -48,9 +50,9 @@ void write_block_quality(std::span<const LevelErrors> levels, std::vector<std::b
 }
 
 Result<std::vector<LevelErrors>> read_block_quality(std::span<const std::byte> bytes, std::size_t levels, std::size_t measures) {
-  if (bytes.size() != levels * measures * kSumBytes)
+  if (bytes.size() != block_quality_bytes(levels, measures))
     return fail(ErrorCode::kCorrupt, "a block's quality has " + std::to_string(bytes.size()) + " bytes, " +
-                                         std::to_string(levels * measures * kSumBytes) + " are right");
+                                         std::to_string(block_quality_bytes(levels, measures)) + " are right");
   std::vector<LevelErrors> result(levels, LevelErrors(measures));
   std::size_t at = 0;
   for (LevelErrors& errors : result)

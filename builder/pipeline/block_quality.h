@@ -28,6 +28,8 @@ struct LevelQuality {
 // Where in it a block is.
 [[nodiscard]] TileId quality_tile(const Tier& tier, std::int64_t index);
 
+// Of one block with so many levels.
+[[nodiscard]] std::size_t block_quality_bytes(std::size_t levels, std::size_t measures);
 // `levels[k]` belongs to the block's level k, 0 = its base. Little-endian, no compression.
 void write_block_quality(std::span<const LevelErrors> levels, std::vector<std::byte>& out);
 // kCorrupt: not the bytes of `levels` levels of `measures` measures.

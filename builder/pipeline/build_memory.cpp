@@ -4,7 +4,9 @@
 #include <string>
 #include <vector>
 
-#include "builder/encode/tile_band.h"
+#include "builder/encode/reference_rows.h"
+#include "builder/pipeline/plan_cost.h"
+#include "builder/pipeline/surface_pass.h"
 #include "builder/pyramid/cascade.h"
 #include "builder/pyramid/class_counts.h"
 #include "builder/pyramid/reduce_rows.h"
@@ -73,22 +75,23 @@ std::size_t cascade_bytes(const LayerPlan& plan, const std::vector<pyramid::Bloc
   return (floats + (planes + 2) * widest + pyramid::halve_scratch_floats(widest)) * sizeof(float);
 }
 
-// A row of tiles of every part of every level with the planes of the rows that are measured, and of each one tile on its way through the
-// encoders.
-std::size_t tile_bytes(const LayerPlan& plan, const std::vector<pyramid::BlockLevel>& block, std::size_t outputs) {
+// A row of tiles of every part of every level, the planes of the rows of each level that are measured, and of each part one tile on its way
+// through the encoders.
+std::size_t tile_bytes(const LayerPlan& plan, const Tier& tier, const std::vector<pyramid::BlockLevel>& block) {
   const std::size_t edge = plan.info.tile_texels();
   const auto planes = static_cast<std::size_t>(plan.codec->planes());
   std::size_t bytes = 0;
-  for (std::size_t k = 0; k < outputs; ++k) {
-    const std::size_t tiles = (static_cast<std::size_t>(block[k].core.width) + edge - 1) / edge;
-    const std::int64_t level_texels = block[k].data.width * block[k].data.height;
-    const std::size_t measured_rows = level_texels <= encode::kDenselyMeasuredTexels
-                                          ? edge
-                                          : (edge / 4 + encode::kMeasuredRowOfBlocks - 1) / encode::kMeasuredRowOfBlocks * 4;
+  for (int k = 0; k < tier.outputs; ++k) {
+    const auto width = static_cast<std::size_t>(block[static_cast<std::size_t>(k)].core.width);
+    const std::size_t tiles = (width + edge - 1) / edge;
+    const Level level{static_cast<std::uint8_t>(tier.base.value - k)};
+    if (!plan.codec->measures().empty())
+      bytes += static_cast<std::size_t>(encode::measured_rows_of_tile(plan.info, level)) * planes * width * sizeof(float);
     for (std::size_t part = 0; part < plan.parts.size(); ++part) {
+      if (level == plan.info.finest ? plan.part(part).starts_above_base : plan.part(part).ends_at_base) continue;
       const std::size_t payload = plan.parts[part].tile_payload_bytes();
       const std::size_t raw = edge * edge * format_info(plan.part(part).texel_format).block_bytes;
-      bytes += tiles * (raw + measured_rows * planes * edge * sizeof(float)) + 4 * edge * 4 * sizeof(float);
+      bytes += tiles * raw + 4 * edge * 4 * sizeof(float);
       if (plan.part(part).format != plan.part(part).texel_format) bytes += payload;
       if (plan.compression.codec != store::Codec::kRaw) bytes += payload + payload / 128;
     }
@@ -104,7 +107,7 @@ std::size_t tier_bytes(const LayerPlan& plan, const Tier& tier, bool is_first) {
   const std::size_t carry_texel = plan.codec->class_counting() ? 1 + 4 * classes_per_texel(depth + tier.outputs)
                                                                : static_cast<std::size_t>(plan.codec->planes()) * sizeof(float);
   const std::size_t carry_tile = edge * edge * carry_texel;
-  std::size_t bytes = cascade_bytes(plan, block, depth) + tile_bytes(plan, block, static_cast<std::size_t>(tier.outputs));
+  std::size_t bytes = cascade_bytes(plan, block, depth) + tile_bytes(plan, tier, block);
   std::size_t compressor = 0;
   for (const LayerInfo& part : plan.parts)
     compressor = std::max(compressor, store::compressor_bytes(plan.compression, part.tile_payload_bytes()));
@@ -140,11 +143,7 @@ std::size_t sources_bytes(const SourceLoad& load, int threads) {
 }
 
 std::size_t store_bytes(const LayerPlan& plan, int levels) {
-  std::uint64_t tiles = 0;
-  for (int level = 0; level <= plan.info.finest.value; ++level) {
-    const TexelRect rect = plan.info.tile_rect(Level{static_cast<std::uint8_t>(level)});
-    tiles += static_cast<std::uint64_t>(rect.width) * static_cast<std::uint64_t>(rect.height);
-  }
+  const std::uint64_t tiles = plan_cost(plan).tiles;
   const std::vector<Tier> tiers = plan_tiers(plan.info, levels);
   std::uint64_t blocks = 0;
   for (const Tier& tier : tiers) blocks += static_cast<std::uint64_t>(tier.blocks());
@@ -155,8 +154,10 @@ std::size_t store_bytes(const LayerPlan& plan, int levels) {
     const std::uint64_t touched = plan.sampler->most_squares_touched(base.block_texels, base.block_texels);  // no apron is wider
     blocks = std::min(blocks, kCoarser * touched + tiers.size());
   }
-  // Pages hold 1024 tiles and are cut by the data's edges; the layer, its carry and its marks have pages of their own.
-  const std::uint64_t pages = tiles / 512 + blocks / 256 + 4 * static_cast<std::uint64_t>(plan.info.finest.value + 1);
+  // Pages hold 1024 tiles and are cut by the data's edges; the parts, the carry, the marks and the quality have pages of their own.
+  constexpr std::uint64_t kHelpers = 3;
+  const std::uint64_t pages =
+      tiles / 512 + kHelpers * blocks / 512 + (plan.parts.size() + kHelpers) * static_cast<std::uint64_t>(plan.info.finest.value + 1);
   const auto index = static_cast<std::size_t>(std::min<std::uint64_t>(kMostIndexBytes, pages * kIndexPageBytes));
   const auto values = static_cast<std::size_t>(std::min<std::uint64_t>(kMostSharedValues, tiles + blocks));
   return index + values * kSharedValueBytes + static_cast<std::size_t>(blocks) * kBlockListBytes;
@@ -172,7 +173,14 @@ BuildMemory build_memory(const LayerPlan& plan, int levels, int threads) {
   memory.sources = sources_bytes(plan.source_load, threads);
   memory.store = store_bytes(plan, levels);
   memory.worker = worker_bytes(plan, levels);
+  const std::size_t surface = surface_thread_bytes(plan);
+  if (surface > 0) memory.surface = kThreadBytes + surface;
   return memory;
+}
+
+int BuildMemory::surface_threads(int threads, std::size_t memory_bytes) const {
+  const std::size_t rest = memory_bytes - std::min(memory_bytes, program + sources + store);
+  return surface == 0 ? threads : static_cast<int>(std::clamp<std::size_t>(rest / surface, 1, static_cast<std::size_t>(threads)));
 }
 
 namespace {

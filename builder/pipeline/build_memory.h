@@ -1,6 +1,7 @@
 // What a build keeps in memory, counted before it begins: `--memory` is honoured by choosing blocks that fit. Arithmetic only; any thread.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 
@@ -20,8 +21,13 @@ struct BuildMemory {
   std::size_t sources = 0;  // descriptions of all files, decoded blocks kept for all, idle decoders
   std::size_t store = 0;    // pages of the index, shared values, lists of blocks
   std::size_t worker = 0;   // one worker: rows of all levels, tiles in the making, samples being read
+  std::size_t surface = 0;  // one thread that measures the surface when all workers are done, see surface_pass.h
 
-  [[nodiscard]] std::size_t total(int threads) const { return program + sources + store + static_cast<std::size_t>(threads) * worker; }
+  [[nodiscard]] std::size_t total(int threads) const {
+    return program + sources + store + std::max(static_cast<std::size_t>(threads) * worker, surface);
+  }
+  // How many of `threads` may measure the surface, so that no more than `memory_bytes` are used; at least one.
+  [[nodiscard]] int surface_threads(int threads, std::size_t memory_bytes) const;
 };
 
 // With blocks of 2^levels tiles along an edge.

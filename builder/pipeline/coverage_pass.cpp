@@ -110,7 +110,7 @@ class CoveragePass {
     const auto edge = static_cast<std::int64_t>(plan_.info.tile_texels());
     const TexelRect rect = rect_of(tile, plan_.info.tile_exponent);
     const TexelRect data = intersect(rect, plan_.info.data_rect(tile.level));
-    encode::TileBand band(plan_.parts[0], *plan_.codec, 0, plan_.compression, plan_.request.quality, tile.level, data);
+    encode::TileBand band(plan_.parts[0], *plan_.codec, 0, plan_.compression, plan_.request.quality, tile.level, data, nullptr);
     // One texel of room at either end, as RowNeighbourhood promises.
     // In 255ths, as the codec's planes have them.
     std::vector<float> shares(static_cast<std::size_t>(data.width) + 2, 0.0F);

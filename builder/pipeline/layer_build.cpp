@@ -153,7 +153,8 @@ Result<void> finish_layer(store::StoreWriter& writer, const LayerPlan& plan, con
                           const BuildOptions& options, BuildReport& report) {
   PassFindings findings;
   VT_ASSIGN(findings.alpha_coverage, keep_coverage(writer, plan, layer, threads, options.cancel, report.tile_counts));
-  VT_ASSIGN(const std::vector<LevelQuality> surface, measure_surface(writer, plan, layer, threads, options.cancel));
+  const int fitting = build_memory(plan, layer.block_levels, threads).surface_threads(threads, options.memory_bytes);
+  VT_ASSIGN(const std::vector<LevelQuality> surface, measure_surface(writer, plan, layer, fitting, options.cancel));
   if (!surface.empty()) findings.surface = measure_json({.name = "surface", .unit = "m"}, surface, 0);
   return complete(writer, plan, work, layer, findings);
 }

@@ -10,11 +10,19 @@
 namespace vt::pipeline {
 namespace {
 
+// Of the finest level one tile is compared at a time; a row of tiles looks into two of a coarser level, and steps from one column to the
+// next.
+std::size_t tiles_kept(const LayerInfo& layer, Level level) {
+  constexpr std::int64_t kOfCoarserLevel = 4;
+  const TexelRect tiles = layer.tile_rect(level);
+  return level == layer.finest ? 1 : static_cast<std::size_t>(std::min(kOfCoarserLevel, tiles.width * tiles.height));
+}
+
 // Heights of a few tiles of one level at a time, as somebody sees them who walks along a row of tiles.
 class HeightRows {
  public:
   HeightRows(const store::StoreWriter& writer, const LayerInfo& layer, LayerId id, Level level)
-      : writer_(writer), layer_(layer), id_(id), level_(level) {}
+      : writer_(writer), layer_(layer), id_(id), level_(level), most_kept_(tiles_kept(layer, level)) {}
 
   // Heights x0 to x1 (inclusive, inside the data) of row y; NaN where there are none.
   [[nodiscard]] Result<void> read(std::int64_t y, std::int64_t x0, std::int64_t x1, std::vector<double>& out) {
@@ -37,7 +45,6 @@ class HeightRows {
 
  private:
   static constexpr float kVoid = std::numeric_limits<float>::quiet_NaN();
-  static constexpr std::size_t kKept = 4;  // a row of tiles looks into two of a coarser level, and steps from one column to the next
 
   struct Kept {
     TileId tile;
@@ -50,7 +57,7 @@ class HeightRows {
       std::rotate(kept_.begin(), found, found + 1);  // the last used comes first
     } else {
       Kept kept{.tile = wanted, .samples = {}};
-      if (kept_.size() == kKept) {
+      if (kept_.size() == most_kept_) {
         kept.samples = std::move(kept_.back().samples);
         kept_.pop_back();
       }
@@ -64,6 +71,7 @@ class HeightRows {
   const LayerInfo& layer_;
   LayerId id_;
   Level level_;
+  std::size_t most_kept_;
   std::vector<Kept> kept_;
 };
 
@@ -124,6 +132,15 @@ class LevelSurface {
 };
 
 }  // namespace
+
+std::size_t surface_thread_bytes(const LayerPlan& plan) {
+  if (!plan.codec->measures_surface()) return 0;
+  const std::size_t edge = plan.info.tile_texels();
+  std::size_t tiles = 0;
+  for (int level = 0; level <= plan.info.finest.value; ++level) tiles += tiles_kept(plan.info, Level{static_cast<std::uint8_t>(level)});
+  const std::size_t rows = 2 * (static_cast<std::size_t>(plan.info.finest.value) + 1) * edge * sizeof(double);
+  return tiles * edge * edge * sizeof(float) + rows + 2 * plan.info.tile_payload_bytes();  // as stored and decompressed
+}
 
 Result<std::vector<LevelQuality>> measure_surface(const store::StoreWriter& writer, const LayerPlan& plan, const BuiltLayer& layer,
                                                   int threads, const std::atomic<bool>* cancel) {

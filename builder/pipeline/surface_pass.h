@@ -12,6 +12,9 @@
 
 namespace vt::pipeline {
 
+// What each thread of measure_surface() holds at most: a few decoded tiles of every level. 0 for layers that do not ask for it.
+[[nodiscard]] std::size_t surface_thread_bytes(const LayerPlan& plan);
+
 // For every level but the finest, finer ones first: | z - s | over the texels of the finest level, where s is the bilinear surface through
 // the level's heights, in metres. Heights of means lie at the centres of their texels, those of the kernel "point" at the north-western
 // corner's texel; beyond the outermost ones the surface goes on level. Where one of the four heights of s is void, or z is, nothing is

@@ -80,13 +80,13 @@ double code(std::int64_t x, std::int64_t y, int band) { return (x / 40 + y / 56)
 
 TEST_F(Memory, APlainRasterBuildsInWhatItIsGiven) {
   in_child([&] { write_raster(folder_ / "plain.tif", {.width = 3000, .height = 3000, .tile = 256}, code); });
-  expect_within("plain.tif", {"--channel", "color"}, {{40, 1}, {96, 4}, {512, 2}});
+  expect_within("plain.tif", {"--channel", "color"}, {{40, 1}, {104, 4}, {512, 2}});
 }
 
 TEST_F(Memory, SoDoesAResampledOne) {
   in_child([&] { write_raster(folder_ / "plain.tif", {.width = 2000, .height = 2000, .tile = 256}, code); });
-  expect_within("plain.tif", {"--channel", "color", "--gsd", "1.3"}, {{48, 1}, {112, 4}});
-  expect_within("plain.tif", {"--channel", "color", "--crs", "EPSG:4326"}, {{48, 1}, {112, 4}});
+  expect_within("plain.tif", {"--channel", "color", "--gsd", "1.3"}, {{48, 1}, {120, 4}});
+  expect_within("plain.tif", {"--channel", "color", "--crs", "EPSG:4326"}, {{48, 1}, {120, 4}});
 }
 
 TEST_F(Memory, SoDoesOneOfLargeCompressedTiles) {
@@ -111,6 +111,32 @@ TEST_F(Memory, SoDoesAMosaic) {
   expect_within("tiles", {"--channel", "elevation"}, {{56, 1}, {104, 4}});
 }
 
+// Twelve parts and 49 planes, of which one copy is kept to be compared with all parts.
+TEST_F(Memory, SoDoHorizonsInAllDirections) {
+  in_child([&] {
+    write_raster(folder_ / "horizons.tif", {.width = 1100, .height = 1100, .bands = 24, .type = SampleType::kFloat32, .tile = 128},
+                 [](std::int64_t x, std::int64_t y, int band) { return (hash_noise(x, y, band) % 1000) / 1000.0 - 0.2; });
+  });
+  expect_within("horizons.tif", {"--channel", "horizon", "--tile", "128"}, {{112, 1}, {190, 2}});
+}
+
+TEST_F(Memory, SoDoClassesWithTheirMixture) {
+  in_child([&] {
+    write_raster(
+        folder_ / "classes.tif", {.width = 2500, .height = 2500, .bands = 1, .tile = 256},
+        [](std::int64_t x, std::int64_t y, int) { return static_cast<double>(1 + (x / 40 + y / 56) % 12 + hash_noise(x, y, 0) % 4); });
+  });
+  expect_within("classes.tif", {"--channel", "material", "--mixture", "4"}, {{72, 1}, {232, 4}});
+}
+
+TEST_F(Memory, SoDoHeightsWhoseSurfacesAreMeasured) {
+  in_child([&] {
+    write_raster(folder_ / "heights.tif", {.width = 3000, .height = 3000, .bands = 1, .type = SampleType::kFloat32, .tile = 256}, code);
+  });
+  expect_within("heights.tif", {"--channel", "elevation", "--surface-error", "yes", "--tile", "1024", "--compression", "none"},
+                {{120, 1}, {220, 2}});
+}
+
 // The plan of a file of 1,125,000 x 875,000 samples does not read its tables of 240 MB.
 TEST_F(Memory, PlanningTheLargestFilesTakesNextToNothing) {
   write_unwritten_tiff(folder_ / "huge.tif", 1'125'000, 875'000, 3, false, 100000.0, 5700000.0, 0.8);
@@ -118,6 +144,16 @@ TEST_F(Memory, PlanningTheLargestFilesTakesNextToNothing) {
       run_vtbuild({"layer", (folder_ / "huge.tif").string(), "-o", (folder_ / "x.vts").string(), "--channel", "color", "--dry-run"});
   EXPECT_EQ(run.exit_code, 0);
   EXPECT_LE(run.peak_bytes, std::size_t{32} << 20);
+}
+
+TEST(BuildMemory, AsManyThreadsMeasureTheSurfaceAsFit) {
+  const BuildMemory memory{.program = 10, .sources = 6, .store = 4, .worker = 5, .surface = 30};
+  EXPECT_EQ(memory.total(4), 50U) << "one thread at least";
+  EXPECT_EQ(memory.total(8), 60U) << "workers are done before";
+  EXPECT_EQ(memory.surface_threads(4, 109), 2);
+  EXPECT_EQ(memory.surface_threads(4, 110), 3);
+  EXPECT_EQ(memory.surface_threads(2, 1000), 2);
+  EXPECT_EQ(memory.surface_threads(4, 10), 1);
 }
 
 TEST_F(Memory, WhatCannotFitSaysWhatWould) {

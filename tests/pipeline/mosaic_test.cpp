@@ -1,6 +1,8 @@
 // Several sources, other grids, other projections.
 #include <gtest/gtest.h>
 
+#include <nlohmann/json.hpp>
+
 #include "builder/pipeline/input_list.h"
 #include "tests/pipeline/small_builds.h"
 
@@ -69,6 +71,45 @@ TEST(Mosaic, GapsAndOverlapsBuildTheSameAtAnyBlockSize) {
       const auto texel = texel_at<std::uint8_t, 3>(*first, 5, Level{4}, x, y);
       for (int band = 0; band < 3; ++band) ASSERT_EQ(texel[static_cast<std::size_t>(band)], noisy_code(x, y, band)) << x << "," << y;
     }
+}
+
+nlohmann::json quality_of(const std::filesystem::path& store_path) {
+  const auto reader = store::StoreReader::open(store_path);
+  EXPECT_TRUE(reader.has_value()) << reader.error().message;
+  return nlohmann::json::parse(reader->find_layer("color")->metadata_json).at("quality");
+}
+
+// Rows that are copied are measured like those that are encoded: what is reported does not tell how the sources were cut.
+TEST(Mosaic, TheQualityOfPiecesIsThatOfTheWhole) {
+  const test::TempFolder folder;
+  const RasterSpec whole{.width = 180, .height = 140, .nodata = 0.0};
+  // Whole blocks: what stands in texels without data is not the same, and would show in those beside them.
+  const auto is_hole = [](std::int64_t x, std::int64_t y) { return x >= 120 && y >= 72; };
+  write_raster(folder / "whole.tif", whole,
+               [&](std::int64_t x, std::int64_t y, int band) { return is_hole(x, y) ? 0.0 : noisy_code(x, y, band); });
+  std::vector<std::filesystem::path> pieces;
+  // The upper two fill whole chunks together; beside the lower one there is nothing.
+  for (const TexelRect& part : {TexelRect{0, 0, 90, 72}, TexelRect{90, 0, 90, 72}, TexelRect{0, 72, 120, 68}}) {
+    RasterSpec spec = whole;
+    spec.width = part.width;
+    spec.height = part.height;
+    spec.transform.x0 += static_cast<double>(part.x) * spec.transform.x_column;
+    spec.transform.y0 += static_cast<double>(part.y) * spec.transform.y_row;
+    pieces.push_back(folder / ("piece" + std::to_string(pieces.size()) + ".tif"));
+    write_raster(pieces.back(), spec, [&](std::int64_t x, std::int64_t y, int band) { return noisy_code(x + part.x, y + part.y, band); });
+  }
+  for (const TexelFormat format : {TexelFormat::kRgb8, TexelFormat::kBc1}) {
+    const std::string name(format_info(format).name);
+    LayerRequest request = request_for({folder / "whole.tif"}, ChannelType::kColor);
+    request.format = format;
+    build(folder / (name + "-whole.vts"), request, {.block_levels = 2});
+    request = request_for(pieces, ChannelType::kColor);
+    request.format = format;
+    build(folder / (name + "-pieces.vts"), request, {.block_levels = 2});
+    const nlohmann::json quality = quality_of(folder / (name + "-pieces.vts"));
+    EXPECT_EQ(quality, quality_of(folder / (name + "-whole.vts"))) << name;
+    EXPECT_EQ(quality[0]["levels"][0]["measured"], 3 * (180 * 140 - 60 * 68)) << name << ": three numbers of every texel with data";
+  }
 }
 
 // More files than a list in the settings holds, named by their folder.
