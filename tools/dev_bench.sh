@@ -1,6 +1,6 @@
 # `tools/dev bench`: every figure of the README in one go. Sourced by tools/dev, which has say(), die(), deps() and build().
 
-bench_all_parts=(build dem sources sizes mosaic accuracy lookup frame)
+bench_all_parts=(build dem channels scoreboard sources sizes mosaic accuracy lookup frame)
 
 bench_help() {
   cat <<'TEXT'
@@ -14,6 +14,8 @@ stop the others; the exit code is 1 then.
 Parts:
   build      a 16384 x 16384 image as four jobs, beside libvips, GDAL and maketx, and the parts no builder can avoid     4 min
   dem        heights, beside GDAL                                                                                       10 s
+  channels   every channel type in every format, beside gdaladdo                                                         2 min
+  scoreboard the cases that pyramid builders get wrong, beside GDAL, libvips and maketx                                 10 s
   sources    the same samples in tiled, striped and compressed TIFFs and in a PNG, beside decoding alone                 1 min
   sizes      0.25, 1 and 4 gigapixels: memory and rate                                                                   1 min
   mosaic     10,000 files beside one                                                                                     2 min
@@ -25,13 +27,13 @@ Options:
   --part LIST     only these parts, with commas
   --full          also 16 gigapixels, an index of 10^9 tiles and zstd level 19: some 15 minutes and 30 GB of disk more
   --quick         small inputs, one run: shows in a minute or two that everything works; its figures mean nothing
-  --runs N        runs of build, dem, sources and accuracy, the median counts (default: 3)
+  --runs N        runs of build, dem, channels, sources and accuracy, the median counts (default: 3)
   --threads N     of every program (default: one per core)
   --no-install    use what is installed
   --dry-run       print the commands, run nothing
   --help          this text
 
-All parts: about ten minutes on two idle cores with a disk of 500 MB/s, and 20 GB of disk; a slow disk adds some minutes, making the
+All parts: about a quarter of an hour on two idle cores with a disk of 500 MB/s, and 20 GB of disk; a slow disk adds some minutes, making the
 scene and compiling some more the first time. Times above are estimates. Nothing else should run meanwhile: other load makes
 figures too low, and vtbench says when it sees some.
 
@@ -67,24 +69,26 @@ bench_measure() {
   local part="$1"
   shift
   local results=(--csv "$bench_folder/$part.csv" --markdown "$bench_folder/$part.md")
-  [[ $part == lookup || $part == frame ]] || results+=(--svg "$bench_folder/$part.svg")
+  [[ " channels scoreboard lookup frame " == *" $part "* ]] || results+=(--svg "$bench_folder/$part.svg")
   bench_run "$bench_bin/vtbench" "$@" --scratch "$bench_folder/scratch" "${results[@]}"
 }
 
 bench_part() {
   local imagery="$bench_scene/imagery.tif" threads=(--threads "$bench_threads") runs=(--runs "$bench_runs")
-  local sources_size=8192 sizes=0.25,1,4 files=10000 accuracy_size=4096 compressions=none,zstd:1,zstd:3,zstd:9 tiles=1000000 frames=300
+  local channels_size=4096 sources_size=8192 sizes=0.25,1,4 files=10000 accuracy_size=4096 compressions=none,zstd:1,zstd:3,zstd:9 tiles=1000000 frames=300
   if [[ $bench_full == 1 ]]; then
     sizes+=,16
     compressions+=,zstd:19
     tiles+=,1000000000
   fi
   if [[ $bench_quick == 1 ]]; then
-    sources_size=1024 sizes=0.002,0.01 files=100 accuracy_size=512 compressions=none,zstd:1 tiles=10000 frames=10
+    channels_size=256 sources_size=1024 sizes=0.002,0.01 files=100 accuracy_size=512 compressions=none,zstd:1 tiles=10000 frames=10
   fi
   case "$1" in
     build) bench_measure build build "$imagery" "${threads[@]}" "${runs[@]}" ;;
     dem) bench_measure dem build "$bench_scene/elevation.tif" "${threads[@]}" "${runs[@]}" ;;
+    channels) bench_measure channels channels --size "$channels_size" "${threads[@]}" "${runs[@]}" ;;
+    scoreboard) bench_measure scoreboard scoreboard ;;
     sources) bench_measure sources sources "$imagery" --size "$sources_size" "${threads[@]}" "${runs[@]}" ;;
     sizes) bench_measure sizes sizes "$imagery" --gigapixels "$sizes" "${threads[@]}" ;;
     mosaic) bench_measure mosaic mosaic "$imagery" --files "$files" "${threads[@]}" ;;
@@ -108,6 +112,8 @@ bench_title() {
   case "$1" in
     build) echo "Building a pyramid" ;;
     dem) echo "Heights" ;;
+    channels) echo "Channel types" ;;
+    scoreboard) echo "Hard cases" ;;
     sources) echo "Kinds of files" ;;
     sizes) echo "From small to large" ;;
     mosaic) echo "Many files" ;;

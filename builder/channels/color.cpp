@@ -13,6 +13,7 @@
 #include "builder/channels/channel_makers.h"
 #include "builder/channels/channel_options.h"
 #include "builder/channels/color_rows.h"
+#include "builder/channels/neighbours.h"
 #include "builder/channels/read_samples.h"
 #include "builder/channels/srgb.h"
 #include "builder/channels/unblocked_format.h"
@@ -201,11 +202,7 @@ class ColorCodec final : public ChannelCodec {
       codes[0] = codes[1] = codes[2] = *nodata_code_;
       return;
     }
-    std::array<float, 4> sum{};
-    for (const ConstPlaneRow& row : {rows.above, rows.here, rows.below})
-      for (std::int64_t x = i - 1; x <= i + 1; ++x)
-        if (row[3][x] >= least_weight_)
-          for (std::size_t p = 0; p < 4; ++p) sum[p] += row[p][x];
+    const std::array<float, 4> sum = sum_around<float>(rows, kThreeAndWeight, i, least_weight_);
     for (std::size_t p = 0; p < 3; ++p) codes[p] = sum[3] > 0.0F ? table_.code(sum[p] / sum[3]) : std::uint8_t{0};
   }
 

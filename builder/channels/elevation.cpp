@@ -13,6 +13,7 @@
 
 #include "builder/channels/channel_makers.h"
 #include "builder/channels/channel_options.h"
+#include "builder/channels/format_of_channels.h"
 #include "builder/channels/height_forms.h"
 #include "builder/channels/read_samples.h"
 
@@ -55,9 +56,7 @@ class ElevationCodec final : public ChannelCodec {
     rules_.push_back(PlaneRule::kGreatest);
     Part bounds = heights;
     bounds.suffix = "bounds";
-    bounds.format = bounds.texel_format = choices.format == TexelFormat::kR16        ? TexelFormat::kRg16
-                                          : choices.format == TexelFormat::kR16Float ? TexelFormat::kRg16Float
-                                                                                     : TexelFormat::kRg32Float;
+    bounds.format = bounds.texel_format = format_of_channels(choices.format, 2);
     bounds.components = {"least height", "greatest height"};
     bounds.ranges[1] = bounds.ranges[0];
     bounds.starts_above_base = true;  // one height is its own bounds
@@ -214,29 +213,20 @@ class ElevationCodec final : public ChannelCodec {
 
   template <class T>
   bool decode(const std::byte* samples, std::int64_t count, const PlaneRow& out) const {
-    const double nodata = layout_.nodata.value_or(std::numeric_limits<double>::quiet_NaN());
-    // As the sample type sees it: a nodata that the type cannot hold equals no sample.
-    const T nodata_sample = in_range<T>(nodata) ? static_cast<T>(nodata) : T{};
-    const bool has_nodata = layout_.nodata && in_range<T>(nodata);
+    const std::optional<T> nodata = nodata_sample<T>(layout_.type, layout_.nodata);
+    const bool has_nodata = nodata.has_value();
+    const T nodata_height = nodata.value_or(T{});
     bool opaque = true;
     for (std::int64_t i = 0; i < count; ++i) {
       T sample;
       std::memcpy(&sample, samples + i * static_cast<std::int64_t>(sizeof sample), sizeof sample);
-      bool is_void = has_nodata && sample == nodata_sample;
+      bool is_void = has_nodata && sample == nodata_height;
       if constexpr (std::is_floating_point_v<T>) is_void = is_void || !std::isfinite(static_cast<float>(sample));
       out[0][i] = is_void ? 0.0F : static_cast<float>(sample);
       out[1][i] = is_void ? 0.0F : 1.0F;
       opaque = opaque && !is_void;
     }
     return opaque;
-  }
-
-  template <class T>
-  static bool in_range(double value) {
-    if constexpr (std::is_floating_point_v<T>)
-      return std::isfinite(value) && std::abs(value) <= static_cast<double>(std::numeric_limits<T>::max());
-    return value == std::floor(value) && value >= static_cast<double>(std::numeric_limits<T>::lowest()) &&
-           value <= static_cast<double>(std::numeric_limits<T>::max());
   }
 
   SampleLayout layout_;

@@ -19,8 +19,10 @@
 #include "builder/channels/angle.h"
 #include "builder/channels/channel_makers.h"
 #include "builder/channels/channel_options.h"
+#include "builder/channels/format_of_channels.h"
 #include "builder/channels/horizon_input.h"
 #include "builder/channels/lit_fraction.h"
+#include "builder/channels/neighbours.h"
 #include "builder/channels/unblocked_format.h"
 #include "builder/channels/unorm_code.h"
 #include "builder/channels/unorm_rows.h"
@@ -44,18 +46,6 @@ constexpr std::int64_t kAtOnce = 256;  // texels of a row that are encoded toget
 // Where the sun's reach is compared: closer where shadows are long.
 constexpr std::array<double, 6> kSunElevationsDeg{1.0, 3.0, 6.0, 12.0, 20.0, 30.0};
 
-// The format that holds one direction in the same way.
-TexelFormat of_one_direction(TexelFormat format) {
-  switch (format) {
-    case TexelFormat::kRgba16:
-      return TexelFormat::kRg16;
-    case TexelFormat::kRgba8:
-      return TexelFormat::kRg8;
-    default:
-      return format;
-  }
-}
-
 class HorizonCodec final : public ChannelCodec {
  public:
   HorizonCodec(const HorizonInput& input, TexelFormat format, const Span& span)
@@ -67,10 +57,10 @@ class HorizonCodec final : public ChannelCodec {
     mean_ = unorm_code(format, span.low_deg * kRadiansPerDegree, span.high_deg * kRadiansPerDegree, is_block_ ? 0 : 1);
     const double most_deviation_deg = std::min(0.5 * (span.high_deg - span.low_deg), 45.0);
     deviation_ = unorm_code(format, 0.0, most_deviation_deg * kRadiansPerDegree, 0);
-    const std::size_t at_once = format_info(format).channels / 2U;
+    const std::size_t at_once = format_info(format).channels / 2U;  // each has a mean and a deviation
     for (std::size_t first = 0; first < directions_; first += at_once) {
       const std::size_t count = std::min(at_once, directions_ - first);
-      add_part(first, count, count == at_once ? format : of_one_direction(format));
+      add_part(first, count, format_of_channels(format, 2 * static_cast<int>(count)));
     }
   }
 
@@ -160,15 +150,8 @@ class HorizonCodec final : public ChannelCodec {
 
   // Of the neighbours together; level ground where there are none.
   [[nodiscard]] Horizon borrowed_horizon(const RowNeighbourhood& rows, std::size_t direction, std::int64_t i) const {
-    float angle = 0.0F;
-    float square = 0.0F;
-    float weight = 0.0F;
-    for (const ConstPlaneRow& row : {rows.above, rows.here, rows.below})
-      for (std::int64_t x = i - 1; x <= i + 1; ++x) {
-        angle += row[direction][x];
-        square += row[square_plane(direction)][x];
-        weight += row[static_cast<std::size_t>(weight_plane())][x];
-      }
+    const std::array planes{direction, square_plane(direction), static_cast<std::size_t>(weight_plane())};
+    const auto [angle, square, weight] = sum_around<float>(rows, planes, i);
     return weight > 0.0F ? horizon_of(angle, square, weight) : Horizon{};
   }
 

@@ -17,6 +17,7 @@
 
 #include "builder/channels/channel_makers.h"
 #include "builder/channels/channel_options.h"
+#include "builder/channels/neighbours.h"
 #include "builder/channels/read_samples.h"
 #include "builder/channels/srgb.h"
 #include "builder/channels/unblocked_format.h"
@@ -136,10 +137,7 @@ class IlluminationCodec final : public ChannelCodec {
     if (weight == 1.0F) return {limited(rows.here[0][i]), limited(rows.here[1][i]), limited(rows.here[2][i]), 1.0F};
     if (weight > 0.0F)
       return {limited(rows.here[0][i] / weight), limited(rows.here[1][i] / weight), limited(rows.here[2][i] / weight), weight};
-    std::array<double, 4> sum{};
-    for (const ConstPlaneRow& row : {rows.above, rows.here, rows.below})
-      for (std::int64_t x = i - 1; x <= i + 1; ++x)
-        for (std::size_t p = 0; p < 4; ++p) sum[p] += static_cast<double>(row[p][x]);
+    const std::array<double, 4> sum = sum_around<double>(rows, kThreeAndWeight, i);
     std::array<float, 4> texel{};
     if (sum[kWeight] > 0.0)
       for (std::size_t p = 0; p < 3; ++p) texel[p] = static_cast<float>(std::min(sum[p] / sum[kWeight], static_cast<double>(limit_)));

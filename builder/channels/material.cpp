@@ -13,16 +13,13 @@
 #include "builder/channels/channel_makers.h"
 #include "builder/channels/channel_options.h"
 #include "builder/channels/class_table.h"
+#include "builder/channels/format_of_channels.h"
+#include "builder/channels/read_samples.h"
 
 namespace vt::channels {
 namespace {
 
 using Json = nlohmann::ordered_json;
-
-constexpr std::array<TexelFormat, kMostRankedClasses> k8Bit{TexelFormat::kR8, TexelFormat::kRg8, TexelFormat::kRgb8, TexelFormat::kRgba8};
-// Three 16-bit channels are no texel format.
-constexpr std::array<TexelFormat, kMostRankedClasses> k16Bit{TexelFormat::kR16, TexelFormat::kRg16, TexelFormat::kRgba16,
-                                                             TexelFormat::kRgba16};
 
 enum PartNumber : std::size_t { kMajority, kClasses, kWeights };
 
@@ -155,9 +152,8 @@ class MaterialCodec final : public ChannelCodec {
 
  private:
   void add_mixture() {
-    const auto formats = static_cast<std::size_t>(counting_.ranked - 1);
-    Part classes{.suffix = "classes", .format = (is_16_bit_ ? k16Bit : k8Bit)[formats]};
-    Part weights{.suffix = "weights", .format = k8Bit[formats]};
+    Part classes{.suffix = "classes", .format = format_of_channels(parts_[kMajority].format, counting_.ranked)};
+    Part weights{.suffix = "weights", .format = format_of_channels(TexelFormat::kR8, counting_.ranked)};
     for (int rank = 1; rank <= counting_.ranked; ++rank) {
       classes.components.push_back("class " + std::to_string(rank));
       weights.components.push_back("share of class " + std::to_string(rank));
@@ -177,11 +173,9 @@ class MaterialCodec final : public ChannelCodec {
   bool decode(const std::byte* samples, std::int64_t count, const PlaneRow& out) const {
     float* const classes = out[0];
     float* const weights = out[kClassWeightPlane];
-    const bool has_nodata = layout_.nodata && *layout_.nodata >= static_cast<double>(std::numeric_limits<T>::lowest()) &&
-                            *layout_.nodata <= static_cast<double>(std::numeric_limits<T>::max()) &&
-                            *layout_.nodata == std::floor(*layout_.nodata);
+    const std::optional<T> nodata = nodata_sample<T>(layout_.type, layout_.nodata);
     T sample;
-    if (!has_nodata) {
+    if (!nodata) {
       for (std::int64_t i = 0; i < count; ++i) {
         std::memcpy(&sample, samples + i * static_cast<std::int64_t>(sizeof sample), sizeof sample);
         classes[i] = static_cast<float>(sample);
@@ -189,11 +183,11 @@ class MaterialCodec final : public ChannelCodec {
       std::fill_n(weights, count, 1.0F);
       return true;
     }
-    const auto nodata = static_cast<T>(*layout_.nodata);
+    const T no_class = *nodata;
     int voids = 0;
     for (std::int64_t i = 0; i < count; ++i) {
       std::memcpy(&sample, samples + i * static_cast<std::int64_t>(sizeof sample), sizeof sample);
-      const bool is_void = sample == nodata;
+      const bool is_void = sample == no_class;
       voids |= static_cast<int>(is_void);
       classes[i] = is_void ? 0.0F : static_cast<float>(sample);
       weights[i] = is_void ? 0.0F : 1.0F;

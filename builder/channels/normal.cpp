@@ -17,6 +17,8 @@
 #include "builder/channels/angle.h"
 #include "builder/channels/channel_makers.h"
 #include "builder/channels/channel_options.h"
+#include "builder/channels/format_of_channels.h"
+#include "builder/channels/neighbours.h"
 #include "builder/channels/normal_input.h"
 #include "builder/channels/normal_moments.h"
 #include "builder/channels/normal_rows.h"
@@ -66,11 +68,6 @@ void in_pieces(std::int64_t count, const Work& work) {
   for (std::int64_t first = 0; first < count; first += kAtOnce) work(first, std::min(kAtOnce, count - first));
 }
 
-TexelFormat length_format(TexelFormat direction) {
-  if (direction == TexelFormat::kBc5) return TexelFormat::kBc4;
-  return direction == TexelFormat::kRg16 ? TexelFormat::kR16 : TexelFormat::kR8;
-}
-
 class NormalCodec final : public ChannelCodec {
  public:
   NormalCodec(const NormalInput& input, const NormalStyle& style)
@@ -82,7 +79,7 @@ class NormalCodec final : public ChannelCodec {
     const bool is_one_texture = components_ == 4;  // x, y, z and the length
     marks_no_data_ = !style.has_length && !is_one_texture && style.format != TexelFormat::kBc5;
     add_direction(style);
-    if (style.has_length && !is_one_texture) add_length(length_format(style.format));
+    if (style.has_length && !is_one_texture) add_length(format_of_channels(style.format, 1));
     if (is_one_texture) length_ = unorm_code(style.format, 0.0, 1.0, 1);
     if (style.has_moments) add_moments();
   }
@@ -192,16 +189,10 @@ class NormalCodec final : public ChannelCodec {
 
   // Where a texel has no direction of its own: that of its neighbours together, or straight up.
   static Vector borrowed_direction(const RowNeighbourhood& rows, std::int64_t i) {
-    Vector sum{0.0F, 0.0F, 0.0F};
-    float weight = 0.0F;
-    for (const ConstPlaneRow& row : {rows.above, rows.here, rows.below})
-      for (std::int64_t x = i - 1; x <= i + 1; ++x) {
-        sum = {sum.x + row[0][x], sum.y + row[1][x], sum.z + row[2][x]};
-        weight += row[3][x];
-      }
+    const std::array<float, 4> sum = sum_around<float>(rows, kThreeAndWeight, i);
     Vector direction;
     float length = 0.0F;
-    direction_and_length(1, &sum.x, &sum.y, &sum.z, &weight, {&direction.x, &direction.y, &direction.z, &length});
+    direction_and_length(1, sum.data(), &sum[1], &sum[2], &sum[3], {&direction.x, &direction.y, &direction.z, &length});
     return length >= kLeastLength ? direction : Vector{};
   }
 

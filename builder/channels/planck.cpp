@@ -14,8 +14,6 @@ namespace {
 constexpr double kFirst = 2.0 * 6.62607015e-34 * 299792458.0 * 299792458.0 * 1e24;  // 2 h c^2, W um^4 m^-2 sr^-1
 constexpr double kSecond = 6.62607015e-34 * 299792458.0 / 1.380649e-23 * 1e6;       // h c / k, um K
 
-constexpr double kLowest = 100.0;  // of the table, K
-constexpr double kHighest = 3000.0;
 constexpr double kHottest = 1e7;
 constexpr int kGuideShift = 52 - 6;
 

@@ -21,6 +21,10 @@ struct ResponsePoint {
 
 class BandRadiance {
  public:
+  // Of the table, K.
+  static constexpr double kLowest = 100.0;
+  static constexpr double kHighest = 3000.0;
+
   // At least two points, wavelengths > 0 and increasing (two equal ones make a step), responses >= 0 and not all 0. Makes a table; some
   // milliseconds.
   explicit BandRadiance(std::vector<ResponsePoint> response);
@@ -29,8 +33,8 @@ class BandRadiance {
   // it is below all doubles. `kelvin` > 0.
   [[nodiscard]] double integrate(double kelvin) const { return integrate_both(kelvin).radiance; }
 
-  // The same from a table with cubic interpolation, fast; outside 100 to 3000 K by integrate(). From 180 to 1500 K, for bands from 1 um on,
-  // off by less than what 0.1 mK makes. NaN unless `kelvin` > 0.
+  // The same from a table with cubic interpolation, fast; outside kLowest to kHighest by integrate(). From 180 to 1500 K, for bands from 1
+  // um on, off by less than what 0.1 mK makes. NaN unless `kelvin` > 0.
   [[nodiscard]] double radiance(double kelvin) const;
   // The inverse. NaN unless the radiance is > 0 (no body is as dark as 0) and not that of more than 10^7 K.
   [[nodiscard]] double temperature(double radiance) const;

@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <cstring>
 #include <limits>
+#include <optional>
 
 #include "store/sample_type.h"
 
@@ -67,6 +68,16 @@ template <class T>
 [[nodiscard]] inline bool equals_nodata(SampleType type, double value, double nodata) {
   if (type == SampleType::kFloat32) return static_cast<float>(value) == static_cast<float>(nodata);
   return value == nodata;
+}
+
+// The sample of a row of `type`, whose C++ type is T, that equals_nodata(); none when no finite sample does.
+template <class T>
+[[nodiscard]] inline std::optional<T> nodata_sample(SampleType type, std::optional<double> nodata) {
+  if (!nodata || !std::isfinite(*nodata)) return std::nullopt;
+  constexpr auto kLowest = static_cast<double>(std::numeric_limits<T>::lowest());
+  constexpr auto kHighest = static_cast<double>(std::numeric_limits<T>::max());
+  const T nearest = static_cast<T>(std::clamp(*nodata, kLowest, kHighest));
+  return equals_nodata(type, static_cast<double>(nearest), *nodata) ? std::optional<T>(nearest) : std::nullopt;
 }
 
 }  // namespace vt::channels

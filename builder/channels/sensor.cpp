@@ -16,6 +16,7 @@
 
 #include "builder/channels/channel_makers.h"
 #include "builder/channels/channel_options.h"
+#include "builder/channels/neighbours.h"
 #include "builder/channels/number_code.h"
 #include "builder/channels/read_samples.h"
 #include "builder/channels/sensor_quantity.h"
@@ -166,13 +167,7 @@ class SensorCodec final : public ChannelCodec {
 
   // Of a texel without data in a format that cannot say so: the neighbours' mean, or the least that there is.
   void write_neighbours(const RowNeighbourhood& rows, std::int64_t i, std::byte* out) const {
-    double sum = 0.0;
-    double weight = 0.0;
-    for (const ConstPlaneRow& row : {rows.above, rows.here, rows.below})
-      for (std::int64_t x = i - 1; x <= i + 1; ++x) {
-        sum += static_cast<double>(row[0][x]);
-        weight += static_cast<double>(row[1][x]);
-      }
+    const auto [sum, weight] = sum_around<double>(rows, std::array<std::size_t, 2>{0, 1}, i);
     const double value = weight > 0.0 ? stored_value(sum / weight) : number_.least();
     number_.write(std::isfinite(value) ? value : number_.least(), out);
   }

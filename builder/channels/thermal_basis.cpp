@@ -14,6 +14,10 @@ namespace {
 
 using Json = nlohmann::json;
 
+constexpr std::size_t kMostClasses = 65535;
+
+std::string number_text(double value) { return Json(value).dump(); }
+
 tl::unexpected<Error> bad(const std::string& what) { return fail(ErrorCode::kInvalidData, "thermal library: " + what); }
 
 std::optional<std::vector<double>> numbers_in(const Json& object, const char* name) {
@@ -35,6 +39,22 @@ Result<std::vector<double>> hours_in(const Json& json) {
   return *hours;
 }
 
+Result<double> checked_radiance(double radiance, const std::string& name, const BandRadiance* band) {
+  if (!(radiance > 0.0)) return bad(name + ": " + number_text(radiance) + " is no radiance; it has to be above 0");
+  // Weights are squares of this, and are added over the classes.
+  const double kelvins = kelvins_per_radiance(band, radiance);
+  if (!std::isfinite(static_cast<double>(kMostClasses) * kelvins * kelvins))
+    return bad(name + ": a radiance of " + number_text(radiance) + " W/(m2 sr) is no measure of temperature in this band");
+  return radiance;
+}
+
+Result<double> radiance_of(double kelvin, const std::string& name, const BandRadiance& band) {
+  if (!(kelvin >= BandRadiance::kLowest && kelvin <= BandRadiance::kHighest))
+    return bad(name + ": a temperature of " + number_text(kelvin) + " K is outside " + number_text(BandRadiance::kLowest) + " to " +
+               number_text(BandRadiance::kHighest) + " K; is it in degrees Celsius?");
+  return checked_radiance(band.radiance(kelvin), name, &band);
+}
+
 Result<ThermalClass> class_in(const Json& json, std::size_t hours, bool is_temperature, const BandRadiance* band) {
   if (!json.is_object() || !json.contains("id") || !json["id"].is_number_integer()) return bad("a class has no integer \"id\"");
   ThermalClass result;
@@ -44,8 +64,8 @@ Result<ThermalClass> class_in(const Json& json, std::size_t hours, bool is_tempe
   if (!curve || curve->size() != hours)
     return bad(name + ": \"curve\" must have a number for each of the " + std::to_string(hours) + " times");
   for (const double value : *curve) {
-    if (!(value > 0.0)) return bad(name + ": " + std::to_string(value) + " is neither a temperature in kelvin nor a radiance");
-    result.radiance.push_back(is_temperature ? band->radiance(value) : value);
+    VT_ASSIGN(const double radiance, is_temperature ? radiance_of(value, name, *band) : checked_radiance(value, name, band));
+    result.radiance.push_back(radiance);
   }
   return result;
 }
@@ -81,7 +101,7 @@ Result<ThermalLibrary> parse_thermal_library(std::string_view text, const BandRa
                 "for example --band 8,12, or as a table with --response FILE");
   ThermalLibrary library;
   VT_ASSIGN(library.hours, hours_in(json));
-  if (!json.contains("classes") || !json["classes"].is_array() || json["classes"].empty() || json["classes"].size() > 65535)
+  if (!json.contains("classes") || !json["classes"].is_array() || json["classes"].empty() || json["classes"].size() > kMostClasses)
     return bad("\"classes\" must be an array of 1 to 65535 classes");
   for (const Json& entry : json["classes"]) {
     VT_ASSIGN(ThermalClass one, class_in(entry, library.hours.size(), is_temperature, band));

@@ -25,8 +25,9 @@ struct ThermalLibrary {
 };
 
 // JSON: {"kind": "temperature" (K) or "radiance" (W/(m2 sr)), "times": [hours], "classes": [{"id": 1, "curve": [a number for each time]}]}.
-// Other keys are passed over. `band` turns temperatures into radiance; it may be null for radiance. kInvalidData: anything else, with the
-// class that is wrong; kUsage: temperatures without a band.
+// Other keys are passed over. `band` turns temperatures into radiance; it may be null for radiance. Temperatures are from 100 to 3000 K.
+// kInvalidData: anything else, and a radiance that is none of a temperature in the band or so little that the square of
+// kelvins_per_radiance() is no double, with the class that is wrong; kUsage: temperatures without a band.
 [[nodiscard]] Result<ThermalLibrary> parse_thermal_library(std::string_view text, const BandRadiance* band);
 
 struct ThermalBasis {

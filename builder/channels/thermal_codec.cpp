@@ -15,6 +15,8 @@
 #include <vector>
 
 #include "builder/channels/channel_options.h"
+#include "builder/channels/format_of_channels.h"
+#include "builder/channels/neighbours.h"
 #include "builder/channels/number_code.h"
 #include "builder/channels/read_samples.h"
 #include "builder/channels/sensor_quantity.h"
@@ -33,20 +35,6 @@ struct Thermal {
   std::shared_ptr<const BandRadiance> band;  // may be none
   std::string metadata_json;
 };
-
-// The format of a part that holds one number, beside one of four.
-TexelFormat single(TexelFormat format) {
-  switch (format) {
-    case TexelFormat::kRgba16:
-      return TexelFormat::kR16;
-    case TexelFormat::kRgba16Float:
-      return TexelFormat::kR16Float;
-    case TexelFormat::kRgba32Float:
-      return TexelFormat::kR32Float;
-    default:
-      return format;
-  }
-}
 
 // What mixtures reach: nothing else can be a weighted mean of the classes.
 std::array<double, 2> span_of(const ThermalBasis& basis, std::size_t component) {
@@ -67,7 +55,8 @@ class ThermalCodec final : public ChannelCodec {
     rules_.assign(components_ + 1, PlaneRule::kLinear);
     has_nodata_ = format != TexelFormat::kBc4;
     const std::size_t channels = format_info(format).channels;
-    for (std::size_t first = 0; first < components_; first += channels) add_part(first == 0 ? format : single(format), first);
+    for (std::size_t first = 0; first < components_; first += channels)
+      add_part(first == 0 ? format : format_of_channels(format, 1), first);
     prepare_errors();
     make_table();
   }
@@ -224,13 +213,7 @@ class ThermalCodec final : public ChannelCodec {
 
   // Of a texel without data in a format that cannot say so: the neighbours' mean, or that of the library.
   [[nodiscard]] double mean_around(const RowNeighbourhood& rows, std::size_t plane, std::int64_t i) const {
-    double sum = 0.0;
-    double weight = 0.0;
-    for (const ConstPlaneRow& row : {rows.above, rows.here, rows.below})
-      for (std::int64_t x = i - 1; x <= i + 1; ++x) {
-        sum += static_cast<double>(row[plane][x]);
-        weight += static_cast<double>(row[components_][x]);
-      }
+    const auto [sum, weight] = sum_around<double>(rows, std::array{plane, components_}, i);
     return weight > 0.0 ? sum / weight : 0.0;
   }
 

@@ -166,6 +166,47 @@ double value_of(const Encoded& e, std::size_t part, std::size_t texel, std::size
          p.ranges[component].scale * unblocked * static_cast<double>(e.stored[part][texel * channels + component]);
 }
 
+TEST(ThermalBasis, TemperaturesAreKelvins) {
+  const auto message = [](const std::string& curve) {
+    const auto parsed = parse_thermal_library(
+        R"({"kind": "temperature", "times": [0, 12], "classes": [{"id": 1, "curve": [280, 290]}, {"id": 7, "curve": )" + curve + "}]}",
+        &long_wave());
+    return parsed ? std::string("taken") : parsed.error().message;
+  };
+  for (const char* celsius : {"[12.5, 31]", "[0, 20]", "[-5, 20]", "[280, 99.9]", "[280, 3000.1]"}) {
+    EXPECT_NE(message(celsius).find("class 7"), std::string::npos) << celsius;
+    EXPECT_NE(message(celsius).find("is it in degrees Celsius?"), std::string::npos) << celsius;
+  }
+  EXPECT_NE(message("[12.5, 31]").find("12.5 K"), std::string::npos) << "the number that is wrong is named";
+  EXPECT_EQ(message("[100, 3000]"), "taken");
+}
+
+// In the ultraviolet a cold body is so dark that the kelvins of a radiance, or their square, are no doubles.
+TEST(ThermalBasis, RefusesWhatHasNoTemperatureInTheBand) {
+  const BandRadiance ultraviolet({{0.2, 1.0}, {0.25, 1.0}});
+  const auto parse = [&](const std::string& kind, const std::string& curve, const BandRadiance& band) {
+    return parse_thermal_library(R"({"kind": ")" + kind + R"(", "times": [0, 12], "classes": [{"id": 7, "curve": )" + curve + "}]}", &band);
+  };
+  const auto expect_refused = [](const Result<ThermalLibrary>& parsed, const std::string& what) {
+    ASSERT_FALSE(parsed.has_value()) << what;
+    EXPECT_EQ(parsed.error().code, ErrorCode::kInvalidData);
+    EXPECT_NE(parsed.error().message.find("class 7"), std::string::npos) << parsed.error().message;
+  };
+  ASSERT_GT(ultraviolet.radiance(110.0), 0.0);
+  EXPECT_FALSE(std::isfinite(std::pow(kelvins_per_radiance(&ultraviolet, ultraviolet.radiance(110.0)), 2.0)));
+  expect_refused(parse("temperature", "[110, 300]", ultraviolet), "radiance of 1e-220");
+  expect_refused(parse("radiance", "[1e-320, 1]", long_wave()), "no temperature");
+  expect_refused(parse("radiance", "[1, 1e30]", long_wave()), "hotter than everything");
+  expect_refused(parse("radiance", "[1, 0]", long_wave()), "none");
+
+  const auto fits = parse("temperature", "[300, 310]", ultraviolet);
+  ASSERT_TRUE(fits.has_value());
+  const ThermalBasis basis = make_thermal_basis(*fits, 2, &ultraviolet);
+  for (const double value : basis.mean) EXPECT_TRUE(std::isfinite(value));
+  for (const auto& curve : basis.curves)
+    for (const double value : curve) EXPECT_TRUE(std::isfinite(value));
+}
+
 TEST(ThermalCodec, FilteringWhatIsStoredIsStoringWhatWasFiltered) {
   std::vector<std::uint8_t> codes(256);
   std::mt19937 random(9);

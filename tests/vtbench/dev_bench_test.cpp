@@ -30,7 +30,8 @@ class DevBench : public ::testing::Test {
 };
 
 const std::set<std::string>& parts() {
-  static const std::set<std::string> names = {"build", "dem", "sources", "sizes", "mosaic", "accuracy", "lookup", "frame"};
+  static const std::set<std::string> names = {"build", "dem",    "channels", "scoreboard", "sources",
+                                              "sizes", "mosaic", "accuracy", "lookup",     "frame"};
   return names;
 }
 
