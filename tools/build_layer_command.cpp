@@ -78,7 +78,10 @@ Result<pipeline::LayerRequest> request_from(const LayerFlags& flags, const std::
   request.name = flags.name.empty() ? flags.channel : flags.name;
   if (!flags.format.empty()) {
     request.format = format_from_name(flags.format);
-    if (!request.format) return fail(ErrorCode::kUsage, "unknown format '" + flags.format + "'; the channel's own are in --help");
+    if (!request.format)
+      return fail(ErrorCode::kUsage, "unknown format '" + flags.format +
+                                         "'; known are rgb8, rgba8, r8, rg8, r16, rg16, rgba16, r16f, rg16f, rgba16f, r32f, rg32f, "
+                                         "rgba32f, rgb9e5, bc1, bc3, bc4, bc5, bc6h and bc7, of which each channel takes some");
   }
   request.kernel = flags.kernel;
   const auto quality = encode::quality_from_name(flags.quality);

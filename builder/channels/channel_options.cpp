@@ -53,7 +53,7 @@ constexpr auto kOptions = std::to_array<OptionInfo>({
     {ChannelType::kSensor, "store", "radiance|temperature",
      "what is stored of a thermal input; temperatures are those of the mean radiance (default: radiance)"},
     {ChannelType::kSensor, "input-scale", "FACTOR", "value = offset + scale * sample (default: 1)"},
-    {ChannelType::kSensor, "input-offset", "VALUE", "likewise (default: 0)"},
+    {ChannelType::kSensor, "input-offset", "VALUE", "value of the sample 0, see --input-scale (default: 0)"},
     {ChannelType::kSensor, "span", "LOW,HIGH", "the values that the codes of r16 and bc4 reach from and to (default: 0,1 for ratios)"},
     {ChannelType::kSensor, "unit", "TEXT", "unit of radiance that is given without a band (default: W/(m2 sr))"},
     {ChannelType::kSensor, "basis", "FILE",

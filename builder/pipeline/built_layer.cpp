@@ -16,7 +16,7 @@ constexpr const char* kUpdating = "updating";
 Json values_of(const LayerPlan& plan, std::size_t part) {
   Json values = Json::parse(plan.part(part).metadata_json);
   values["components"] = plan.part(part).components;
-  if (!plan.part(part).unit.empty()) values["unit"] = plan.part(part).unit;
+  values["unit"] = plan.part(part).unit;  // also when it has none: the channel's own would be wrong then
   return values;
 }
 
