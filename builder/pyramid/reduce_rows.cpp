@@ -67,33 +67,9 @@ void halve(const float* row, const HalvingKernel& kernel, std::size_t count, flo
   combine<kTaps>(taps, kernel, count, out);
 }
 
-void HalveTwoRows(const float* upper, const float* lower, const HalvingKernel& kernel, std::size_t count, float* out) {
-  const hn::ScalableTag<float> d;
-  using V = hn::Vec<decltype(d)>;
-  const std::size_t lanes = hn::Lanes(d);
-  const V weight = hn::Set(d, kernel.weight[0]);
-  std::size_t i = 0;
-  for (; i + lanes <= count; i += lanes) {
-    V upper_even;
-    V upper_odd;
-    V lower_even;
-    V lower_odd;
-    hn::LoadInterleaved2(d, upper + 2 * i, upper_even, upper_odd);
-    hn::LoadInterleaved2(d, lower + 2 * i, lower_even, lower_odd);
-    const V even = hn::Mul(weight, hn::Add(upper_even, lower_even));
-    const V odd = hn::Mul(weight, hn::Add(upper_odd, lower_odd));
-    hn::StoreU(hn::Mul(weight, hn::Add(even, odd)), d, out + i);
-  }
-  for (; i < count; ++i) {
-    const float even = kernel.weight[0] * (upper[2 * i] + lower[2 * i]);
-    const float odd = kernel.weight[0] * (upper[2 * i + 1] + lower[2 * i + 1]);
-    out[i] = kernel.weight[0] * (even + odd);
-  }
-}
-
-// out[i] = fold of the four texels under it.
-template <class Fold>
-HWY_INLINE void fold_four(const float* upper, const float* lower, std::size_t count, float* out, const Fold& fold) {
+// out[i] = combine(upper[2 i], upper[2 i + 1], lower[2 i], lower[2 i + 1]).
+template <class Combine>
+HWY_INLINE void combine_four(const float* upper, const float* lower, std::size_t count, float* out, const Combine& combine) {
   const hn::ScalableTag<float> d;
   using V = hn::Vec<decltype(d)>;
   const std::size_t lanes = hn::Lanes(d);
@@ -105,21 +81,32 @@ HWY_INLINE void fold_four(const float* upper, const float* lower, std::size_t co
     V lower_odd;
     hn::LoadInterleaved2(d, upper + 2 * i, upper_even, upper_odd);
     hn::LoadInterleaved2(d, lower + 2 * i, lower_even, lower_odd);
-    hn::StoreU(fold(fold(upper_even, upper_odd), fold(lower_even, lower_odd)), d, out + i);
+    hn::StoreU(combine(d, upper_even, upper_odd, lower_even, lower_odd), d, out + i);
   }
   const hn::CappedTag<float, 1> one;
   for (; i < count; ++i) {
     const auto at = [&](const float* row, std::size_t x) { return hn::LoadU(one, row + x); };
-    hn::StoreU(fold(fold(at(upper, 2 * i), at(upper, 2 * i + 1)), fold(at(lower, 2 * i), at(lower, 2 * i + 1))), one, out + i);
+    hn::StoreU(combine(one, at(upper, 2 * i), at(upper, 2 * i + 1), at(lower, 2 * i), at(lower, 2 * i + 1)), one, out + i);
   }
 }
 
+void HalveTwoRows(const float* upper, const float* lower, const HalvingKernel& kernel, std::size_t count, float* out) {
+  combine_four(upper, lower, count, out, [&](auto d, auto upper_even, auto upper_odd, auto lower_even, auto lower_odd) HWY_ATTR {
+    const auto weight = hn::Set(d, kernel.weight[0]);
+    const auto even = hn::Mul(weight, hn::Add(upper_even, lower_even));
+    const auto odd = hn::Mul(weight, hn::Add(upper_odd, lower_odd));
+    return hn::Mul(weight, hn::Add(even, odd));
+  });
+}
+
 void LeastOfFour(const float* upper, const float* lower, std::size_t count, float* out) {
-  fold_four(upper, lower, count, out, [](auto a, auto b) { return hn::Min(a, b); });
+  combine_four(upper, lower, count, out,
+               [](auto, auto a, auto b, auto c, auto e) HWY_ATTR { return hn::Min(hn::Min(a, b), hn::Min(c, e)); });
 }
 
 void GreatestOfFour(const float* upper, const float* lower, std::size_t count, float* out) {
-  fold_four(upper, lower, count, out, [](auto a, auto b) { return hn::Max(a, b); });
+  combine_four(upper, lower, count, out,
+               [](auto, auto a, auto b, auto c, auto e) HWY_ATTR { return hn::Max(hn::Max(a, b), hn::Max(c, e)); });
 }
 
 void LimitToFourRows(const float* const* rows, std::size_t count, float* scratch, float* out) {

@@ -177,8 +177,38 @@ void expect_no_infinity(const store::StoreReader& reader, const std::string& wha
     for (int level = 0; level <= layer.finest.value; ++level) {
       const LevelValues values(reader, layer, Level{static_cast<std::uint8_t>(level)});
       for (std::int64_t y = 0; y < values.height(); ++y)
-        for (std::int64_t x = 0; x < values.width(); ++x) ASSERT_FALSE(std::isinf(values.at(x, y))) << what << " level " << level;
+        for (std::int64_t x = 0; x < values.width(); ++x)
+          for (std::size_t c = 0; c < format_info(layer.format).channels; ++c)
+            ASSERT_FALSE(std::isinf(values.at(x, y, c))) << what << ", " << layer.name << " level " << level;
     }
+  }
+}
+
+// A texel of any level with an ordinary sample under it has data; one with nothing but NaN and infinity under it has none, in layers whose
+// numbers can say so.
+void expect_holes_as_in(const store::StoreReader& reader, const Kind& kind,
+                        const std::function<double(std::int64_t, std::int64_t)>& value) {
+  const LayerInfo& layer = *reader.find_layer(channel_info(kind.channel).name);
+  const bool says_void = layer.zero_is_nodata || layer.format == TexelFormat::kR32Float || layer.format == TexelFormat::kR16Float;
+  for (int level = 0; level <= layer.finest.value; ++level) {
+    const LevelValues values(reader, layer, Level{static_cast<std::uint8_t>(level)});
+    const std::int64_t scale = std::int64_t{1} << (layer.finest.value - level);
+    for (std::int64_t y = 0; y < values.height(); ++y)
+      for (std::int64_t x = 0; x < values.width(); ++x) {
+        bool has_ordinary = false;
+        bool has_number = false;
+        for (std::int64_t fy = y * scale; fy < std::min((y + 1) * scale, layer.data.height); ++fy)
+          for (std::int64_t fx = x * scale; fx < std::min((x + 1) * scale, layer.data.width); ++fx) {
+            const double sample = value(fx, fy);
+            has_ordinary = has_ordinary || (sample >= kind.low && sample <= kind.high && sample != 0.0);
+            has_number = has_number || std::isfinite(sample);
+          }
+        if (has_ordinary) {
+          ASSERT_FALSE(values.is_void(x, y)) << kind.name << " level " << level << " texel " << x << ", " << y << ": a hole spread";
+        } else if (!has_number && says_void) {
+          ASSERT_TRUE(values.is_void(x, y)) << kind.name << " level " << level << " texel " << x << ", " << y << ": made of nothing";
+        }
+      }
   }
 }
 
@@ -247,17 +277,19 @@ TEST(DegenerateInputs, NumbersThatAreNoneNeverSpread) {
     if (!is_float(kind.type)) continue;
     for (const Size& size : kSizes)
       for (const std::uint32_t share : {1U, 40U, 255U}) {
-        const auto reader = built(kind, size, [&](std::int64_t x, std::int64_t y) {
+        const auto value = [&](std::int64_t x, std::int64_t y) {
           const std::uint32_t noise = hash_noise(x, y, static_cast<int>(share));
           if (noise % 256 < share) return odd[noise / 256 % odd.size()];
           return kind.low + (kind.high - kind.low) * static_cast<double>(noise / 256 % 1000) / 1000.0;
-        });
+        };
+        const auto reader = built(kind, size, value);
         if (!reader) {
           EXPECT_FALSE(kind.holds_anything) << kind.name << ": " << reader.error().message;
           EXPECT_EQ(reader.error().code, ErrorCode::kInvalidData) << reader.error().message;
           continue;
         }
         expect_no_infinity(*reader, kind.name);
+        expect_holes_as_in(*reader, kind, value);
       }
   }
 }
