@@ -7,29 +7,17 @@
 #define VT_BUILDER_ENCODE_BC1_KERNEL_INL_H_
 #endif
 
-#include <hwy/highway.h>
-
 #include <cstddef>
 #include <cstdint>
+
+#include "builder/encode/lanes-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace vt::encode::HWY_NAMESPACE {
 namespace {
-namespace hn = hwy::HWY_NAMESPACE;
 
-using FloatTag = hn::ScalableTag<float>;
-using IntTag = hn::RebindToSigned<FloatTag>;
-using UintTag = hn::RebindToUnsigned<FloatTag>;
-using F = hn::Vec<FloatTag>;
-using I = hn::Vec<IntTag>;
-using U = hn::Vec<UintTag>;
-
-constexpr std::size_t kMaxLanes = hn::MaxLanes(FloatTag());
-
-HWY_INLINE F constant(float value) { return hn::Set(FloatTag(), value); }
 HWY_INLINE F float_from(I value) { return hn::ConvertTo(FloatTag(), value); }
 HWY_INLINE I truncated(F value) { return hn::ConvertTo(IntTag(), value); }
-HWY_INLINE F clamped(F value, float low, float high) { return hn::Min(hn::Max(value, constant(low)), constant(high)); }
 
 // One colour per block, and the arithmetic on it.
 struct Rgb {

@@ -7,32 +7,19 @@
 #define VT_BUILDER_ENCODE_BC4_KERNEL_INL_H_
 #endif
 
-#include <hwy/highway.h>
-
 #include <bit>
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
 
+#include "builder/encode/lanes-inl.h"
+
 HWY_BEFORE_NAMESPACE();
 namespace vt::encode::HWY_NAMESPACE {
 namespace {
-namespace hn = hwy::HWY_NAMESPACE;
 
-using FloatTag = hn::ScalableTag<float>;
-using IntTag = hn::RebindToSigned<FloatTag>;
-using UintTag = hn::RebindToUnsigned<FloatTag>;
-using F = hn::Vec<FloatTag>;
-using I = hn::Vec<IntTag>;
-using U = hn::Vec<UintTag>;
-using Mask = hn::Mask<FloatTag>;
-
-constexpr std::size_t kMaxLanes = hn::MaxLanes(FloatTag());
-
-HWY_INLINE F constant(float value) { return hn::Set(FloatTag(), value); }
 HWY_INLINE F float_from(U value) { return hn::ConvertTo(FloatTag(), hn::BitCast(IntTag(), value)); }
 HWY_INLINE F square(F value) { return hn::Mul(value, value); }
-HWY_INLINE F clamped(F value, float low, float high) { return hn::Min(hn::Max(value, constant(low)), constant(high)); }
 
 // Values are counted in parts of a 16-bit step, 35 to the step: then sevenths and fifths between two codes are whole numbers below 2^24,
 // and every difference of a texel and a palette value is exact in float.
@@ -113,12 +100,12 @@ HWY_INLINE void load_alpha8(const std::uint8_t* rows, std::size_t pitch, Texels&
 // End points as codes (whole numbers), low <= high, and whether the mode is that of six values. Not six: low < high.
 struct Ends {
   F low, high;
-  Mask six;
+  FloatMask six;
   F error;
 };
 
 HWY_INLINE Ends better(const Ends& p, const Ends& q) {
-  const Mask use_q = hn::Lt(q.error, p.error);
+  const FloatMask use_q = hn::Lt(q.error, p.error);
   return {.low = hn::IfThenElse(use_q, q.low, p.low),
           .high = hn::IfThenElse(use_q, q.high, p.high),
           .six = hn::Or(hn::And(use_q, q.six), hn::AndNot(use_q, p.six)),
@@ -186,7 +173,7 @@ HWY_INLINE void store_blocks(const Ends& ends, const Texels& texels, std::uint8_
       const F distance = hn::Abs(hn::Sub(from_origin, hn::Mul(position, scale.step)));
       const F from_top = hn::Sub(constant(kTop), x);
       const F to_extreme = hn::Min(x, from_top);
-      const Mask extreme = hn::And(ends.six, hn::Lt(to_extreme, distance));
+      const FloatMask extreme = hn::And(ends.six, hn::Lt(to_extreme, distance));
       index = hn::IfThenElse(extreme, hn::IfThenElse(hn::Lt(from_top, x), constant(7.0F), constant(6.0F)), index);
       halves[half] = hn::Or(hn::ShiftLeft<3>(halves[half]), hn::BitCast(u, hn::ConvertTo(i32, index)));
     }

@@ -46,7 +46,7 @@ HWY_INLINE Ends refined(F low, F high, F origin, const Texels& texels) {
     F centred = hn::Sub(x, origin);
     if constexpr (six) {
       const F distance = hn::Abs(hn::Sub(from_origin, hn::Mul(w, scale.step)));
-      const Mask served = hn::Le(distance, hn::Min(x, hn::Sub(constant(kTop), x)));
+      const FloatMask served = hn::Le(distance, hn::Min(x, hn::Sub(constant(kTop), x)));
       count = hn::Add(count, hn::IfThenElseZero(served, constant(1.0F)));
       w = hn::IfThenElseZero(served, w);
       centred = hn::IfThenElseZero(served, centred);
@@ -97,8 +97,8 @@ HWY_INLINE Ends refined(F low, F high, F origin, const Texels& texels) {
 
 HWY_NOINLINE Ends fit_least_squares(const Texels& texels) {
   const F zero = hn::Zero(FloatTag());
-  const Mask yes = hn::Eq(zero, zero);
-  const Mask no = hn::Lt(zero, zero);
+  const FloatMask yes = hn::Eq(zero, zero);
+  const FloatMask no = hn::Lt(zero, zero);
   const Range range = range_of(texels);
   const F low = hn::Mul(range.low, constant(1.0F / kCode));
   const F high = hn::Mul(range.high, constant(1.0F / kCode));
@@ -135,17 +135,17 @@ HWY_NOINLINE Ends fit_least_squares(const Texels& texels) {
   for (const float margin : {2.0F, 24.0F}) {
     const F bottom = constant(margin * kCode);
     const F top = constant((255.0F - margin) * kCode);
-    const Mask has_extreme = hn::Or(hn::Lt(range.low, bottom), hn::Gt(range.high, top));
+    const FloatMask has_extreme = hn::Or(hn::Lt(range.low, bottom), hn::Gt(range.high, top));
     if (hn::AllFalse(FloatTag(), has_extreme)) continue;
     F inner_low = constant(kTop);
     F inner_high = zero;
     for (std::size_t i = 0; i < 16; ++i) {
       const F x = texels.get(i);
-      const Mask inner = hn::And(hn::Ge(x, bottom), hn::Le(x, top));
+      const FloatMask inner = hn::And(hn::Ge(x, bottom), hn::Le(x, top));
       inner_low = hn::Min(inner_low, hn::IfThenElse(inner, x, inner_low));
       inner_high = hn::Max(inner_high, hn::IfThenElse(inner, x, inner_high));
     }
-    const Mask has_inner = hn::Le(inner_low, inner_high);
+    const FloatMask has_inner = hn::Le(inner_low, inner_high);
     inner_low = hn::IfThenElse(has_inner, inner_low, range.low);
     inner_high = hn::IfThenElse(has_inner, inner_high, range.low);
     Ends six = refined<true>(hn::Mul(inner_low, constant(1.0F / kCode)), hn::Mul(inner_high, constant(1.0F / kCode)), inner_low, texels);

@@ -8,32 +8,20 @@
 #define VT_BUILDER_ENCODE_BPTC_LANES_INL_H
 #endif
 
-#include <hwy/highway.h>
-
 #include <cstddef>
 #include <cstdint>
+
+#include "builder/encode/lanes-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace vt::encode::HWY_NAMESPACE {
 namespace {
-namespace hn = hwy::HWY_NAMESPACE;
 
-using FloatTag = hn::ScalableTag<float>;
-using IntTag = hn::RebindToSigned<FloatTag>;
-using UintTag = hn::RebindToUnsigned<FloatTag>;
-using F = hn::Vec<FloatTag>;
-using I = hn::Vec<IntTag>;
-using U = hn::Vec<UintTag>;
-using FloatMask = hn::Mask<FloatTag>;
-
-constexpr std::size_t kMaxLanes = hn::MaxLanes(FloatTag());
 constexpr float kNoError = 1e30F;  // larger than any sum of squares
 
-HWY_INLINE F constant(float value) { return hn::Set(FloatTag(), value); }
 HWY_INLINE U bits(std::uint32_t value) { return hn::Set(UintTag(), value); }
 HWY_INLINE F zero() { return hn::Zero(FloatTag()); }
 HWY_INLINE FloatMask nowhere() { return hn::Lt(zero(), zero()); }
-HWY_INLINE F clamped(F value, float low, float high) { return hn::Min(hn::Max(value, constant(low)), constant(high)); }
 HWY_INLINE U select(FloatMask mask, U yes, U no) { return hn::IfThenElse(hn::RebindMask(UintTag(), mask), yes, no); }
 
 // Adding 1.5 * 2^23 leaves no bits for a fraction: to nearest, ties to even, for |value| < 2^22. The integer is then in the lowest bits.
