@@ -51,6 +51,9 @@ enum Key : std::uint16_t {
   kCenterNorthing = 3091,
   kScaleAtNaturalOrigin = 3092,
   kScaleAtCenter = 3093,
+  kVertical = 4096,
+  kVerticalCitation = 4097,
+  kVerticalUnits = 4099,
 };
 
 constexpr int kUserDefined = 32767;
@@ -313,6 +316,24 @@ Result<CrsDefinition> definition_from_keys(const Keys& keys) {
   }
 }
 
+// GeoTIFF 1.0 had numbers of its own for a few vertical systems; their unit is what key 4099 says, or not known.
+bool is_geotiff_1_0_vertical(int code) { return code >= 5001 && code <= 5106; }
+
+std::optional<VerticalMeaning> vertical_from_keys(const Keys& keys) {
+  const int code = keys.code(kVertical).value_or(0);
+  const int unit = keys.code(kVerticalUnits).value_or(0);
+  const std::string citation = keys.text(kVerticalCitation);
+  if (code == 0 && unit == 0 && citation.empty()) return std::nullopt;
+  VerticalMeaning vertical{.name = citation, .metres_per_unit = std::nullopt};
+  if (is_geotiff_1_0_vertical(code)) {
+    vertical.name = fmt::format("GeoTIFF 1.0 vertical system {}", code);
+  } else if (code != 0 && code != kUserDefined) {
+    vertical = vertical_from_epsg(code);
+  }
+  if (const auto metres = metres_from_length_unit(unit)) vertical.metres_per_unit = metres;
+  return vertical;
+}
+
 // Collects keys in ascending order, as the directory must have them.
 class KeyWriter {
  public:
@@ -380,6 +401,7 @@ GeoKeyMeaning crs_from_geo_keys(const GeoKeyTags& tags) {
     if (!tags.directory.empty()) meaning.problem = fmt::format("the GeoKey directory (tag 34735) holds no complete key; {}", kRemedy);
     return meaning;
   }
+  meaning.vertical = vertical_from_keys(keys);
   auto definition = definition_from_keys(keys);
   if (!definition) {
     meaning.problem = std::move(definition).error().message;

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "builder/geo/crs.h"
+#include "builder/geo/vertical_crs.h"
 
 namespace vt::geo {
 
@@ -21,6 +22,8 @@ struct GeoKeyMeaning {
   std::optional<Crs> crs;
   std::string problem;          // why there is no `crs` although the keys try to declare one, and what to do
   bool pixel_is_point = false;  // GTRasterTypeGeoKey: tie points name sample centres
+  // Of the sample values where they are heights: VerticalGeoKey, VerticalUnitsGeoKey.
+  std::optional<VerticalMeaning> vertical;
 };
 
 [[nodiscard]] GeoKeyMeaning crs_from_geo_keys(const GeoKeyTags& tags);
