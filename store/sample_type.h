@@ -48,4 +48,28 @@ enum class SampleType : std::uint8_t { kUint8, kInt8, kUint16, kInt16, kUint32, 
   return "?";
 }
 
+// The sample that means "all of it" where nothing else is said: the largest integer, or 1 for floats.
+[[nodiscard]] constexpr double full_scale(SampleType type) {
+  switch (type) {
+    case SampleType::kUint8:
+      return 255.0;
+    case SampleType::kInt8:
+      return 127.0;
+    case SampleType::kUint16:
+      return 65535.0;
+    case SampleType::kInt16:
+      return 32767.0;
+    case SampleType::kUint32:
+      return 4294967295.0;
+    case SampleType::kInt32:
+      return 2147483647.0;
+    case SampleType::kFloat32:
+    case SampleType::kFloat64:
+      return 1.0;
+  }
+  return 1.0;
+}
+
+[[nodiscard]] constexpr bool is_floating_point(SampleType type) { return type == SampleType::kFloat32 || type == SampleType::kFloat64; }
+
 }  // namespace vt

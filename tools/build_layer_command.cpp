@@ -32,6 +32,7 @@ struct LayerFlags {
   std::string bands;
   std::string range;
   std::string nodata;
+  std::string alpha;
   std::string area;
   std::string resample;
   channels::Options options;
@@ -48,7 +49,8 @@ std::string names_of(const List& list) {
 // One flag for each option of each channel; several channels may have one of the same name.
 void add_channel_options(CLI::App& command, channels::Options& options) {
   std::map<std::string, std::vector<const channels::OptionInfo*>> by_name;
-  for (const channels::OptionInfo& option : channels::all_options()) by_name[std::string(option.name)].push_back(&option);
+  for (const channels::OptionInfo& option : channels::all_options())
+    if (option.name != "alpha") by_name[std::string(option.name)].push_back(&option);  // see --alpha
   for (const auto& [name, infos] : by_name) {
     std::string group = "Options of";
     std::string help;
@@ -68,6 +70,26 @@ Result<std::optional<Area>> area_from(const std::string& text, const std::string
   if (!(e[0] < e[2]) || !(e[1] < e[3]))
     return fail(ErrorCode::kUsage, option + " is WEST,SOUTH,EAST,NORTH with west < east and south < north, found " + text);
   return std::optional(Area{e[0], e[1], e[2], e[3]});
+}
+
+// --alpha says which band is coverage, and of colour also whether the codes are multiplied by it: words with commas between them.
+Result<pipeline::CoverageChoice> coverage_from(const std::string& text, channels::Options& options) {
+  pipeline::CoverageChoice choice;
+  for (std::size_t at = 0; !text.empty() && at <= text.size();) {
+    const std::size_t end = std::min(text.find(',', at), text.size());
+    const std::string word = text.substr(at, end - at);
+    if (word == "associated" || word == "straight") {
+      options["alpha"] = word;
+    } else {
+      const auto chosen = pipeline::coverage_choice_from(word);
+      if (!chosen)
+        return fail(ErrorCode::kUsage,
+                    "--alpha is auto, none or a band's number, and of color also associated or straight, not '" + word + "'");
+      choice = *chosen;
+    }
+    at = end + 1;
+  }
+  return choice;
 }
 
 Result<pipeline::LayerRequest> request_from(const LayerFlags& flags, const std::optional<pipeline::DatasetFrame>& frame) {
@@ -112,6 +134,7 @@ Result<pipeline::LayerRequest> request_from(const LayerFlags& flags, const std::
   }
   for (const auto& [name, value] : flags.options)
     if (!value.empty()) request.options[name] = value;
+  VT_ASSIGN(const pipeline::CoverageChoice coverage, coverage_from(flags.alpha, request.options));
   VT_CHECK(channels::check_options(request.channel, request.options));
   VT_CHECK(pipeline::load_option_files(request.channel, std::filesystem::current_path(), request.options));
   std::vector<int> bands;
@@ -124,11 +147,10 @@ Result<pipeline::LayerRequest> request_from(const LayerFlags& flags, const std::
       bands.push_back(static_cast<int>(n));
     }
   }
-  std::optional<double> nodata;
+  std::vector<double> nodata;
   if (!flags.nodata.empty()) {
-    std::array<double, 1> value{};
-    VT_CHECK(cli::parse_numbers(flags.nodata, "--nodata", "one number", value));
-    nodata = value[0];
+    nodata.resize(static_cast<std::size_t>(std::count(flags.nodata.begin(), flags.nodata.end(), ',') + 1));
+    VT_CHECK(cli::parse_numbers(flags.nodata, "--nodata", "one number, or one for each band with commas between them", nodata));
   }
 
   // --crs is the dataset's. A file without one is taken to be in it too, unless --source-crs says otherwise; so is a picture placed by
@@ -146,6 +168,7 @@ Result<pipeline::LayerRequest> request_from(const LayerFlags& flags, const std::
     source.extent = extent;
     source.nodata = nodata;
     source.bands = bands;
+    source.coverage = coverage;
     request.sources.push_back(std::move(source));
   }
   if (frame && crs && !frame->crs.same_coordinates(*crs))
@@ -200,12 +223,19 @@ std::function<Result<int>()> add_layer_command(CLI::App& app, std::shared_ptr<nl
       "--resample", flags->resample,
       "for inputs on another grid: bilinear, or nearest, which keeps samples as they are and moves a grid that is off by part "
       "of a texel (default: bilinear, for material nearest)");
-  command->add_option("--bands", flags->bands, "bands to use, counted from 1, for example 3,2,1");
+  command->add_option("--bands", flags->bands, "exactly the bands to use, counted from 1, for example 3,2,1");
+  command->add_option(
+      "--alpha", flags->alpha,
+      "what says how much of a sample is covered: auto (a mask, or the alpha band that the file declares, unless --bands names "
+      "others), none, or a band's number; of color also associated, when codes are multiplied by their coverage although "
+      "the file does not say so (default: auto)");
   command->add_option(
       "--range", flags->range,
       "LOW,HIGH: sample values that are black and white (default: all of an 8 or 16 bit unsigned type; others need it); of elevation "
       "stored as r16, the lowest and highest height in metres");
-  command->add_option("--nodata", flags->nodata, "sample value that means no data, whatever the files say");
+  command->add_option("--nodata", flags->nodata,
+                      "sample value that means no data, whatever the files say; of a palette the index; or one for each band, as a colour "
+                      "key: 255,255,252");
   add_channel_options(*command, flags->options);
   flags->build.add_to(*command);
   cli::add_help_footer(*command,

@@ -11,6 +11,7 @@
 #include <optional>
 #include <vector>
 
+#include "builder/channels/nodata.h"
 #include "builder/channels/read_samples.h"
 #include "builder/source/raster_source.h"
 #include "store/sample_type.h"
@@ -396,7 +397,8 @@ class RasterComparer {
     for (std::size_t channel = 0; channel < channels; ++channel) {
       const double stored = store_has ? sample_at(texels_, texel * channels + channel, layout_.is_float) : nan;
       double given = raster_has ? raster_value(channel) : nan;
-      if (info.nodata && channels::equals_nodata(info.sample_type, given, *info.nodata)) given = nan;
+      const auto& nodata = info.meaning[channel].nodata;
+      if (nodata && channels::nodata_range(info.sample_type, *nodata).contains(given)) given = nan;
       // Byte formats without coverage have no way to say "no data", so a hole in the raster is compared with nothing.
       if (std::isnan(given) && !layout_.is_float && !has_coverage_channel(layer_)) continue;
       const bool is_light = layer_.transfer == Transfer::kSrgb && !layout_.is_float && channel < 3 && given >= 0.0 && given <= 255.0;

@@ -20,6 +20,7 @@
 #include "builder/channels/channel_settings.h"
 #include "builder/channels/class_planes.h"
 #include "builder/channels/error_sum.h"
+#include "builder/channels/sample_layout.h"
 #include "store/channel.h"
 #include "store/layer.h"
 #include "store/result.h"
@@ -39,19 +40,6 @@ struct RowNeighbourhood {
   ConstPlaneRow here;
   ConstPlaneRow below;
   bool opaque = false;  // every weight of `here` is exactly 1
-};
-
-// What one row of source samples looks like: `value_bands` values, then one coverage sample when `has_alpha`, interleaved, native byte
-// order.
-struct SampleLayout {
-  SampleType type = SampleType::kUint8;
-  int value_bands = 3;
-  bool has_alpha = false;
-  std::optional<double> nodata;  // a texel is no data when all its values equal this (NaN and infinities always are)
-  // Source values that mean black and white, for colour from samples that are not 8 or 16 bit codes.
-  std::optional<std::array<double, 2>> range;
-
-  [[nodiscard]] std::size_t texel_bytes() const { return sample_bytes(type) * static_cast<std::size_t>(value_bands + (has_alpha ? 1 : 0)); }
 };
 
 // How a plane of a coarser level comes from the finer one.
@@ -103,11 +91,13 @@ class ChannelCodec {
   [[nodiscard]] bool measures_surface() const { return measures_surface_; }
   // A row of samples already is a row of texels of the first part, byte for byte: encode(decode(samples)) would give the same.
   [[nodiscard]] bool samples_are_texels() const { return samples_are_texels_; }
+  // What is stored are numbers of the samples' own scale and unit.
+  [[nodiscard]] bool keeps_numbers() const { return keeps_numbers_; }
   // When there is one, the planes are those of class_planes.h, and overviews count classes instead of following rules().
   [[nodiscard]] const std::optional<ClassCounting>& class_counting() const { return class_counting_; }
 
   // `count` texels of samples into source planes. Returns whether all weights are exactly 1.
-  virtual bool decode_row(const std::byte* samples, std::int64_t count, const PlaneRow& out) const = 0;
+  bool decode_row(const std::byte* samples, std::int64_t count, const PlaneRow& out) const;
   // The remaining planes of `count` texels of the finest level, from their source planes.
   virtual void derive_row(std::int64_t count, const PlaneRow& planes) const;
   // One quantisation: planes to texels of a part. The neighbours lend their values to texels that have none, so that a bilinear lookup at
@@ -126,6 +116,18 @@ class ChannelCodec {
                           std::span<ErrorSum> errors) const = 0;
 
  protected:
+  // What decode_row does of samples in the layout that the channel keeps: coverage is among them only for channels that weigh with it
+  // themselves.
+  virtual bool decode_values(const std::byte* samples, std::int64_t count, const PlaneRow& out) const = 0;
+
+  // How a coverage between none and all counts.
+  enum class CoverageUse : std::uint8_t {
+    kWeight,  // as a weight
+    kHalf,    // from one half on as all: of values that have no fraction of a texel
+  };
+  // For channels whose values know nothing of coverage: decode_row weighs their planes by it. Gives back the layout without it.
+  [[nodiscard]] SampleLayout weighed_by_coverage(const SampleLayout& layout, CoverageUse use = CoverageUse::kWeight);
+
   int source_planes_ = 0;
   std::vector<PlaneRule> rules_;
   std::vector<Part> parts_;
@@ -133,13 +135,22 @@ class ChannelCodec {
   bool samples_are_texels_ = false;
   std::optional<double> kept_above_;
   bool measures_surface_ = false;
+  bool keeps_numbers_ = true;
   std::optional<ClassCounting> class_counting_;
+
+ private:
+  bool decode_covered(const std::byte* samples, std::int64_t count, const PlaneRow& out) const;
+
+  std::optional<SampleLayout> covered_layout_;  // with the coverage that decode_row takes off
+  CoverageUse coverage_use_ = CoverageUse::kWeight;
 };
 
 // Of a raster with `values` bands (coverage not counted), how many a channel reads when the user chooses none. Errors of options as there.
 [[nodiscard]] Result<int> bands_wanted(ChannelType channel, const Options& options, int values);
-// A declared coverage band is read along, as the last sample of a texel; otherwise it is ignored.
-[[nodiscard]] bool takes_coverage(ChannelType channel);
+// The channel's samples are colours: palettes are expanded and MinIsWhite is inverted while reading. Those of the others are numbers.
+[[nodiscard]] bool reads_colors(ChannelType channel);
+// A scale and an offset that a file declares for its bands are applied; otherwise they mean nothing to the channel.
+[[nodiscard]] bool applies_declared_scale(ChannelType channel);
 // Of a raster with `values` bands beside a declared coverage band: that one is the channel's value when the user chooses none.
 [[nodiscard]] bool is_coverage_itself(ChannelType channel, int values);
 

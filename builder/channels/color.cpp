@@ -2,6 +2,7 @@
 // Planes: red, green, blue light times weight, then the weight, which is coverage (alpha) where the source has it and 1 or 0 for data and
 // no data otherwise.
 
+#include <algorithm>
 #include <array>
 #include <cassert>
 #include <cmath>
@@ -14,6 +15,7 @@
 #include "builder/channels/channel_options.h"
 #include "builder/channels/color_rows.h"
 #include "builder/channels/neighbours.h"
+#include "builder/channels/nodata.h"
 #include "builder/channels/read_samples.h"
 #include "builder/channels/srgb.h"
 #include "builder/channels/unblocked_format.h"
@@ -45,20 +47,26 @@ class ColorCodec final : public ChannelCodec {
                       .components = {names.begin(), names.begin() + static_cast<std::ptrdiff_t>(channels)}});
     measures_.push_back({.name = "light", .unit = ""});
     const bool same_channels = layout.value_bands == 3 && layout.has_alpha == stores_alpha_;
-    samples_are_texels_ = layout.type == SampleType::kUint8 && !layout.range && same_channels && !(layout.has_alpha && layout.nodata) &&
-                          source_transfer == transfer && !is_associated;
-    if (layout.nodata && *layout.nodata >= 0.0 && *layout.nodata <= 255.0 && layout.type == SampleType::kUint8)
-      nodata_code_ = static_cast<std::uint8_t>(*layout.nodata);
-    // Codes that are divided by their coverage lie between the 8-bit ones.
-    if (!layout.range && (layout.type == SampleType::kUint16 || (layout.type == SampleType::kUint8 && is_associated))) {
-      light_of_16_bit_.resize(65536);
-      for (std::size_t c = 0; c < light_of_16_bit_.size(); ++c)
-        light_of_16_bit_[c] = static_cast<float>(linear_from_code(source_transfer, static_cast<double>(c) / 65535.0));
+    const bool is_byte = layout.type == SampleType::kUint8 && layout.full_value() == 255.0;
+    is_plain_8_bit_ = is_byte && layout.full_alpha() == 255.0 && !layout.range && !is_associated;
+    samples_are_texels_ = is_plain_8_bit_ && same_channels && !(layout.has_alpha && layout.nodata) && source_transfer == transfer;
+    for (std::size_t b = 0; b < nodata_.size(); ++b) nodata_[b] = nodata_range(layout, b);
+    if (is_byte && std::ranges::none_of(nodata_, &NodataRange::empty))
+      for (std::size_t b = 0; b < nodata_.size(); ++b) nodata_code_[b] = static_cast<int>(nodata_[b].low);
+    const bool is_16_bit = layout.type == SampleType::kUint16;
+    if (is_associated && !layout.range && (is_byte || (is_16_bit && layout.full_value() == 65535.0))) {
+      // Codes that are divided by their coverage lie between those that are stored.
+      light_between_codes_.resize(65536);
+      for (std::size_t c = 0; c < light_between_codes_.size(); ++c)
+        light_between_codes_[c] = static_cast<float>(linear_from_code(source_transfer, static_cast<double>(c) / 65535.0));
+    } else if (!is_associated && !is_plain_8_bit_ && (layout.type == SampleType::kUint8 || is_16_bit)) {
+      light_of_code_.resize(is_16_bit ? 65536 : 256);
+      for (std::size_t c = 0; c < light_of_code_.size(); ++c) light_of_code_[c] = computed_light(static_cast<double>(c));
     }
   }
 
-  bool decode_row(const std::byte* samples, std::int64_t count, const PlaneRow& out) const override {
-    if (layout_.type == SampleType::kUint8 && !layout_.range && !is_associated_) return decode_8_bit(samples, count, out);
+  bool decode_values(const std::byte* samples, std::int64_t count, const PlaneRow& out) const override {
+    if (is_plain_8_bit_) return decode_8_bit(samples, count, out);
     return decode_any(samples, count, out);
   }
 
@@ -142,7 +150,7 @@ class ColorCodec final : public ChannelCodec {
     bool opaque = true;
     for (std::int64_t i = 0; i < count; ++i, codes += bands + (layout_.has_alpha ? 1 : 0)) {
       float w = layout_.has_alpha ? static_cast<float>(codes[bands]) / 255.0F : 1.0F;
-      if (layout_.nodata && codes[0] == nodata_value() && (grey || (codes[1] == nodata_value() && codes[2] == nodata_value()))) w = 0.0F;
+      if (codes[0] == nodata_code_[0] && (grey || (codes[1] == nodata_code_[1] && codes[2] == nodata_code_[2]))) w = 0.0F;
       opaque = opaque && w == 1.0F;
       red[i] = w * light[codes[0]];
       green[i] = w * light[codes[grey ? 0 : 1]];
@@ -152,22 +160,19 @@ class ColorCodec final : public ChannelCodec {
     return opaque;
   }
 
-  // The declared nodata as something a code can equal; -1 when it lies outside the code range and so never occurs.
-  [[nodiscard]] int nodata_value() const { return nodata_code_ ? int{*nodata_code_} : -1; }
-
   bool decode_any(const std::byte* samples, std::int64_t count, const PlaneRow& out) const {
     const int bands = layout_.value_bands;
     const std::size_t bytes = sample_bytes(layout_.type);
-    const double alpha_full = full_scale(layout_.type);
+    const double alpha_full = layout_.full_alpha();
     bool opaque = true;
     for (std::int64_t i = 0; i < count; ++i) {
       std::array<double, 3> value{};
-      bool all_nodata = layout_.nodata.has_value();
+      bool all_nodata = true;
       bool finite = true;
-      for (int b = 0; b < bands; ++b, samples += bytes) {
-        value[static_cast<std::size_t>(b)] = read_sample(layout_.type, samples);
-        finite = finite && std::isfinite(value[static_cast<std::size_t>(b)]);
-        all_nodata = all_nodata && equals_nodata(layout_.type, value[static_cast<std::size_t>(b)], *layout_.nodata);
+      for (std::size_t b = 0; b < static_cast<std::size_t>(bands); ++b, samples += bytes) {
+        value[b] = read_sample(layout_.type, samples);
+        finite = finite && std::isfinite(value[b]);
+        all_nodata = all_nodata && nodata_[b].contains(value[b]);
       }
       double w = 1.0;
       if (layout_.has_alpha) {
@@ -187,19 +192,22 @@ class ColorCodec final : public ChannelCodec {
   }
 
   [[nodiscard]] float light_of(double value) const {
-    if (!light_of_16_bit_.empty()) {
-      const double code = value * (layout_.type == SampleType::kUint8 ? 257.0 : 1.0);
-      return light_of_16_bit_[static_cast<std::size_t>(std::min(code + 0.5, 65535.0))];
-    }
-    const std::array<double, 2> range = layout_.range.value_or(std::array<double, 2>{0.0, full_scale(layout_.type)});
+    if (!light_of_code_.empty()) return light_of_code_[static_cast<std::size_t>(value)];
+    if (light_between_codes_.empty()) return computed_light(value);
+    const double code = value * (layout_.type == SampleType::kUint8 ? 257.0 : 1.0);
+    return light_between_codes_[static_cast<std::size_t>(std::min(code + 0.5, 65535.0))];
+  }
+
+  [[nodiscard]] float computed_light(double value) const {
+    const std::array<double, 2> range = layout_.range.value_or(std::array<double, 2>{0.0, layout_.full_value()});
     return static_cast<float>(linear_from_code(source_transfer_, std::clamp((value - range[0]) / (range[1] - range[0]), 0.0, 1.0)));
   }
 
   // A texel without colour of its own. The source's own nodata code if it has one, so that it is given back exactly; else the mean colour
   // of the neighbours that have some; else black.
   void encode_empty(const RowNeighbourhood& rows, std::int64_t i, std::uint8_t* codes) const {
-    if (nodata_code_) {
-      codes[0] = codes[1] = codes[2] = *nodata_code_;
+    if (nodata_code_[0] >= 0) {
+      for (std::size_t p = 0; p < 3; ++p) codes[p] = static_cast<std::uint8_t>(nodata_code_[p]);
       return;
     }
     const std::array<float, 4> sum = sum_around<float>(rows, kThreeAndWeight, i, least_weight_);
@@ -210,11 +218,14 @@ class ColorCodec final : public ChannelCodec {
   Transfer source_transfer_;
   bool is_associated_;
   bool stores_alpha_ = false;
-  float least_weight_ = 0.0F;      // of texels that have a colour
-  const CodeTable& table_;         // of texels
-  const CodeTable& source_table_;  // of 8-bit samples
-  std::optional<std::uint8_t> nodata_code_;
-  std::vector<float> light_of_16_bit_;
+  float least_weight_ = 0.0F;                   // of texels that have a colour
+  const CodeTable& table_;                      // of texels
+  const CodeTable& source_table_;               // of 8-bit samples
+  bool is_plain_8_bit_ = false;                 // samples are codes of 0 to 255, coverage too
+  std::array<NodataRange, 3> nodata_;           // of the value bands
+  std::array<int, 3> nodata_code_{-1, -1, -1};  // the same of 8-bit codes; -1 equals none
+  std::vector<float> light_of_code_;            // of other codes than plain 8-bit ones
+  std::vector<float> light_between_codes_;      // in 65535ths of the full code
 };
 
 }  // namespace

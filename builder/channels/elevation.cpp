@@ -15,6 +15,8 @@
 #include "builder/channels/channel_options.h"
 #include "builder/channels/format_of_channels.h"
 #include "builder/channels/height_forms.h"
+#include "builder/channels/height_unit.h"
+#include "builder/channels/nodata.h"
 #include "builder/channels/read_samples.h"
 
 namespace vt::channels {
@@ -34,11 +36,13 @@ struct HeightChoices {
   bool with_bounds = false;   // the part "bounds"
   bool with_surface = false;  // measured against the finest level
   std::optional<float> fill;  // stored instead of "no data"
+  double scale = 1.0;         // metres = offset + scale * sample
+  double offset = 0.0;
 };
 
 class ElevationCodec final : public ChannelCodec {
  public:
-  ElevationCodec(const SampleLayout& layout, const HeightChoices& choices) : layout_(layout), choices_(choices) {
+  ElevationCodec(const SampleLayout& layout, const HeightChoices& choices) : layout_(weighed_by_coverage(layout)), choices_(choices) {
     source_planes_ = 2;
     rules_.assign(2, PlaneRule::kLinear);
     Part heights{.format = choices.format, .texel_format = choices.format, .components = {"height"}, .unit = "m"};
@@ -51,6 +55,7 @@ class ElevationCodec final : public ChannelCodec {
     parts_.push_back(heights);
     measures_.push_back({.name = "height", .unit = "m"});
     measures_surface_ = choices.with_surface;
+    keeps_numbers_ = choices.scale == 1.0 && choices.offset == 0.0;
     if (!choices.with_bounds) return;
     rules_.push_back(PlaneRule::kLeast);
     rules_.push_back(PlaneRule::kGreatest);
@@ -63,7 +68,7 @@ class ElevationCodec final : public ChannelCodec {
     parts_.push_back(std::move(bounds));
   }
 
-  bool decode_row(const std::byte* samples, std::int64_t count, const PlaneRow& out) const override {
+  bool decode_values(const std::byte* samples, std::int64_t count, const PlaneRow& out) const override {
     switch (layout_.type) {
       case SampleType::kFloat32:
         return decode<float>(samples, count, out);
@@ -213,16 +218,23 @@ class ElevationCodec final : public ChannelCodec {
 
   template <class T>
   bool decode(const std::byte* samples, std::int64_t count, const PlaneRow& out) const {
-    const std::optional<T> nodata = nodata_sample<T>(layout_.type, layout_.nodata);
-    const bool has_nodata = nodata.has_value();
-    const T nodata_height = nodata.value_or(T{});
+    if (choices_.scale == 1.0 && choices_.offset == 0.0)
+      return decode_as<T>(samples, count, out, [](T sample) { return static_cast<float>(sample); });
+    return decode_as<T>(samples, count, out,
+                        [this](T sample) { return static_cast<float>(choices_.offset + choices_.scale * static_cast<double>(sample)); });
+  }
+
+  template <class T, class HeightOf>
+  bool decode_as(const std::byte* samples, std::int64_t count, const PlaneRow& out, const HeightOf& height_of_sample) const {
+    const TypedNodataRange<T> nodata = typed_nodata_range<T>(layout_);
     bool opaque = true;
     for (std::int64_t i = 0; i < count; ++i) {
       T sample;
       std::memcpy(&sample, samples + i * static_cast<std::int64_t>(sizeof sample), sizeof sample);
-      bool is_void = has_nodata && sample == nodata_height;
-      if constexpr (std::is_floating_point_v<T>) is_void = is_void || !std::isfinite(static_cast<float>(sample));
-      out[0][i] = is_void ? 0.0F : static_cast<float>(sample);
+      const float height = height_of_sample(sample);
+      bool is_void = nodata.contains(sample);
+      if constexpr (std::is_floating_point_v<T>) is_void = is_void || !std::isfinite(height);
+      out[0][i] = is_void ? 0.0F : height;
       out[1][i] = is_void ? 0.0F : 1.0F;
       opaque = opaque && !is_void;
     }
@@ -265,8 +277,40 @@ double finest_quantum(const std::array<double, 2>& range) {
   return quantum;
 }
 
-Result<CodedHeights> choose_codes(const Options& options, const SampleLayout& layout) {
-  const std::optional<std::array<double, 2>> range = layout.range ? layout.range : range_of(layout.type);
+// Metres of a sample: what the user says, else what the file declares, else the sample itself.
+Result<void> choose_height_of_sample(const Options& options, const SampleLayout& layout, HeightChoices& choices) {
+  constexpr double kMost = std::numeric_limits<float>::max();
+  VT_ASSIGN(const std::optional<double> scale, number_of(options, "input-scale", -kMost, kMost));
+  VT_ASSIGN(const std::optional<double> offset, number_of(options, "input-offset", -kMost, kMost));
+  const auto given_unit = options.find("input-unit");
+  const std::string unit = given_unit != options.end() ? given_unit->second : layout.unit;
+  const std::optional<double> metres = unit.empty() ? std::optional(1.0) : metres_of_unit(unit);
+  if (!metres && given_unit != options.end())
+    return fail(ErrorCode::kUsage,
+                "option input-unit: '" + unit + "' is no unit of length that is known; use m, ft, us-ft, cm, or metres as in \"0.3048 m\"");
+  if (!metres)
+    return fail(ErrorCode::kInvalidData, "declares its heights in '" + unit +
+                                             "', which is no unit of length that is known; say what one is with input-unit "
+                                             "(m, ft, us-ft, cm, or metres as in \"0.3048 m\")");
+  if (layout.counts_down && !scale)
+    return fail(ErrorCode::kInvalidData,
+                "declares depths, which count downward from their datum; say with input-scale -1 that they are to become "
+                "heights, or with input-scale 1 that they are heights already");
+  const double factor = scale.value_or(layout.scale.value_or(1.0));
+  if (factor == 0.0)
+    return scale ? fail(ErrorCode::kUsage, "option input-scale: 0 makes all heights equal")
+                 : fail(ErrorCode::kInvalidData, "declares a scale of 0, which makes all heights equal; give another with input-scale");
+  choices.scale = factor * *metres;
+  choices.offset = offset.value_or(layout.offset.value_or(0.0)) * *metres;
+  return {};
+}
+
+Result<CodedHeights> choose_codes(const Options& options, const SampleLayout& layout, const HeightChoices& choices) {
+  std::optional<std::array<double, 2>> range = layout.range;
+  if (const auto samples = range_of(layout.type); !range && samples) {
+    const double ends[] = {choices.offset + choices.scale * (*samples)[0], choices.offset + choices.scale * (*samples)[1]};
+    range = {{std::min(ends[0], ends[1]), std::max(ends[0], ends[1])}};
+  }
   if (!range)
     return fail(ErrorCode::kUsage, std::string("heights from ") + sample_name(layout.type) +
                                        " samples stored as r16 need to know from where to where they go; give --range LOW,HIGH in metres");
@@ -290,11 +334,12 @@ MadeCodec make_elevation_codec(const ChannelSettings& settings, const SampleLayo
   if (choices.format != TexelFormat::kR32Float && choices.format != TexelFormat::kR16Float && choices.format != TexelFormat::kR16)
     return fail(ErrorCode::kUnsupported, "an elevation layer cannot be stored as " + std::string(format_info(settings.format).name) +
                                              ": eight bits or a block of 4x4 are too coarse for heights; use r32f, r16 or r16f");
-  if (layout.value_bands != 1 || layout.has_alpha)
-    return fail(ErrorCode::kUnsupported, "elevation needs exactly one band, found " +
-                                             std::to_string(layout.value_bands + (layout.has_alpha ? 1 : 0)) + "; choose with --bands");
+  if (layout.value_bands != 1)
+    return fail(ErrorCode::kUnsupported,
+                "elevation needs exactly one band, found " + std::to_string(layout.value_bands) + "; choose with --bands");
+  VT_CHECK(choose_height_of_sample(settings.options, layout, choices));
   if (choices.format == TexelFormat::kR16) {
-    VT_ASSIGN(choices.codes, choose_codes(settings.options, layout));
+    VT_ASSIGN(choices.codes, choose_codes(settings.options, layout, choices));
   } else if (settings.options.contains("quantum") || layout.range) {
     return fail(ErrorCode::kUsage, "a quantum or a range of heights is for layers stored as r16, this one is " +
                                        std::string(format_info(settings.format).name));

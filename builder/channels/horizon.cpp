@@ -50,6 +50,7 @@ class HorizonCodec final : public ChannelCodec {
  public:
   HorizonCodec(const HorizonInput& input, TexelFormat format, const Span& span)
       : input_(input), directions_(input.directions()), is_block_(format == TexelFormat::kBc5) {
+    input_.layout = weighed_by_coverage(input.layout);
     source_planes_ = static_cast<int>(input.source_planes());
     rules_.assign(2 * directions_ + 1, PlaneRule::kLinear);
     measures_.push_back({.name = "lit fraction", .unit = ""});
@@ -64,7 +65,7 @@ class HorizonCodec final : public ChannelCodec {
     }
   }
 
-  bool decode_row(const std::byte* samples, std::int64_t count, const PlaneRow& out) const override {
+  bool decode_values(const std::byte* samples, std::int64_t count, const PlaneRow& out) const override {
     return input_.decode_row(samples, count, out);
   }
 

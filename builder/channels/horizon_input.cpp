@@ -10,7 +10,7 @@
 
 #include "builder/channels/angle.h"
 #include "builder/channels/channel_options.h"
-#include "builder/channels/read_samples.h"
+#include "builder/channels/nodata.h"
 
 namespace vt::channels {
 namespace {
@@ -25,19 +25,22 @@ template <class T>
 bool read_angles(const HorizonInput& input, const std::byte* samples, std::int64_t count, std::span<float* const> band_planes,
                  std::uint8_t* is_horizon) {
   const auto radians_per_unit = static_cast<float>(input.radians_per_unit);
+  const auto radians_of_zero = static_cast<float>(input.radians_of_zero);
   const std::size_t texel_bytes = band_planes.size() * sizeof(T);
-  const bool has_nodata = input.layout.nodata.has_value();
   bool all = true;
   std::fill_n(is_horizon, count, std::uint8_t{1});
   for (std::size_t b = 0; b < band_planes.size(); ++b) {
     const float least = input.has_deviations && b % 2 == 1 ? 0.0F : -kBeyondRightAngle;
+    const TypedNodataRange<T> nodata = typed_nodata_range<T>(input.layout, b);
+    // A deviation knows of scales, but not of where zero is.
+    const float zero = input.has_deviations && b % 2 == 1 ? 0.0F : radians_of_zero;
     const std::byte* sample = samples + b * sizeof(T);
     for (std::int64_t i = 0; i < count; ++i, sample += texel_bytes) {
       T number;
       std::memcpy(&number, sample, sizeof number);
-      const float angle = static_cast<float>(number) * radians_per_unit;
-      bool is_angle = angle >= least && angle <= kBeyondRightAngle;  // false for NaN
-      if (has_nodata) is_angle = is_angle && !equals_nodata(input.layout.type, static_cast<double>(number), *input.layout.nodata);
+      const float angle = zero + static_cast<float>(number) * radians_per_unit;
+      // False for NaN.
+      const bool is_angle = angle >= least && angle <= kBeyondRightAngle && !nodata.contains(number);
       band_planes[b][i] = std::min(std::max(angle, -kRightAngle), kRightAngle);
       is_horizon[i] &= static_cast<std::uint8_t>(is_angle);
       all = all && is_angle;
@@ -143,7 +146,9 @@ Result<HorizonInput> choose_horizon_input(const Options& options, const SampleLa
   VT_ASSIGN(const std::string deviations, choice_of(options, "deviations", kDeviations[0], kDeviations));
   HorizonInput input{.layout = layout, .has_deviations = deviations == kDeviations[1]};
   if (unit == kUnits[1]) input.radians_per_unit = kRadiansPerDegree;
-  if (unit == kUnits[0] && layout.type != SampleType::kFloat32 && layout.type != SampleType::kFloat64)
+  input.radians_of_zero = layout.offset.value_or(0.0) * input.radians_per_unit;
+  input.radians_per_unit *= layout.scale.value_or(1.0);
+  if (unit == kUnits[0] && !layout.scale && layout.type != SampleType::kFloat32 && layout.type != SampleType::kFloat64)
     return fail(ErrorCode::kUsage, std::string("horizons from ") + sample_name(layout.type) +
                                        " samples cannot be radians; if they are degrees, say --angles deg");
   if (layout.range)
@@ -151,7 +156,7 @@ Result<HorizonInput> choose_horizon_input(const Options& options, const SampleLa
                 "a range of samples does not apply to horizons, which are angles; for the range that is stored use --span");
   const std::size_t bands = static_cast<std::size_t>(layout.value_bands);
   const std::size_t bands_each = input.has_deviations ? 2 : 1;
-  if (layout.has_alpha || bands % bands_each != 0 || bands / bands_each < 1 || bands / bands_each > kMostDirections)
+  if (bands % bands_each != 0 || bands / bands_each < 1 || bands / bands_each > kMostDirections)
     return fail(ErrorCode::kUnsupported,
                 "horizons need a band (with --deviations given a pair of bands) for each of 1 to 24 directions, found " +
                     std::to_string(bands) + "; choose with --bands");

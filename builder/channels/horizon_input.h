@@ -16,7 +16,8 @@ inline constexpr std::size_t kMostDirections = 24;
 struct HorizonInput {
   SampleLayout layout;
   std::vector<double> azimuths_deg;  // clockwise from north, in the order of the bands
-  double radians_per_unit = 1.0;
+  double radians_per_unit = 1.0;     // of a sample, a scale that the file declares included
+  double radians_of_zero = 0.0;
   bool has_deviations = false;  // bands are pairs of mean and standard deviation, not single angles
 
   [[nodiscard]] std::size_t directions() const { return azimuths_deg.size(); }

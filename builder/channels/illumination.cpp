@@ -18,6 +18,7 @@
 #include "builder/channels/channel_makers.h"
 #include "builder/channels/channel_options.h"
 #include "builder/channels/neighbours.h"
+#include "builder/channels/nodata.h"
 #include "builder/channels/read_samples.h"
 #include "builder/channels/srgb.h"
 #include "builder/channels/unblocked_format.h"
@@ -58,14 +59,15 @@ class IlluminationCodec final : public ChannelCodec {
     parts_.push_back({.format = format, .texel_format = texels_, .components = {"red", "green", "blue"}, .unit = light.unit});
     if (has_coverage_) parts_[0].components.emplace_back("coverage");
     measures_ = {{.name = "light", .unit = light.unit}, {.name = "clipped light", .unit = light.unit}};
+    for (std::size_t b = 0; b < nodata_.size(); ++b) nodata_[b] = nodata_range(layout, b);
     if (!is_code(layout.type)) return;
     light_of_code_.resize(layout.type == SampleType::kUint8 ? 256 : 65536);
-    const double full = full_scale(layout.type);
+    const double full = layout.full_value();
     for (std::size_t c = 0; c < light_of_code_.size(); ++c)
-      light_of_code_[c] = static_cast<float>(light.scale * linear_from_code(light.transfer, static_cast<double>(c) / full));
+      light_of_code_[c] = static_cast<float>(light.scale * linear_from_code(light.transfer, std::min(static_cast<double>(c) / full, 1.0)));
   }
 
-  bool decode_row(const std::byte* samples, std::int64_t count, const PlaneRow& out) const override {
+  bool decode_values(const std::byte* samples, std::int64_t count, const PlaneRow& out) const override {
     switch (layout_.type) {
       case SampleType::kUint8:
         return decode_codes<std::uint8_t>(samples, count, out);
@@ -148,15 +150,15 @@ class IlluminationCodec final : public ChannelCodec {
   bool decode_codes(const std::byte* samples, std::int64_t count, const PlaneRow& out) const {
     const int bands = layout_.value_bands;
     const auto step = static_cast<std::size_t>(bands + (layout_.has_alpha ? 1 : 0));
-    const double full = full_scale(layout_.type);
+    const double full = layout_.full_alpha();
     const std::size_t green = bands == 1 ? 0 : 1;
     const std::size_t blue = bands == 1 ? 0 : 2;
     bool opaque = true;
     std::array<T, 4> code{};
     for (std::int64_t i = 0; i < count; ++i, samples += step * sizeof(T)) {
       std::memcpy(code.data(), samples, step * sizeof(T));
-      float weight = layout_.has_alpha ? static_cast<float>(code[step - 1] / full) : 1.0F;
-      if (layout_.nodata && code[0] == *layout_.nodata && code[green] == *layout_.nodata && code[blue] == *layout_.nodata) weight = 0.0F;
+      float weight = layout_.has_alpha ? static_cast<float>(std::min(code[step - 1] / full, 1.0)) : 1.0F;
+      if (nodata_[0].contains(code[0]) && nodata_[green].contains(code[green]) && nodata_[blue].contains(code[blue])) weight = 0.0F;
       opaque = opaque && weight == 1.0F;
       out[0][i] = weight * light_of_code_[code[0]];
       out[1][i] = weight * light_of_code_[code[green]];
@@ -187,16 +189,16 @@ class IlluminationCodec final : public ChannelCodec {
 
   bool decode_any(const std::byte* samples, std::int64_t count, const PlaneRow& out) const {
     const std::size_t bytes = sample_bytes(layout_.type);
-    const double full = full_scale(layout_.type);
+    const double full = layout_.full_alpha();
     bool opaque = true;
     for (std::int64_t i = 0; i < count; ++i) {
       std::array<double, 3> value{};
-      bool all_nodata = layout_.nodata.has_value();
+      bool all_nodata = true;
       bool finite = true;
       for (std::size_t b = 0; b < static_cast<std::size_t>(layout_.value_bands); ++b, samples += bytes) {
         value[b] = read_sample(layout_.type, samples);
         finite = finite && std::isfinite(value[b]);
-        all_nodata = all_nodata && equals_nodata(layout_.type, value[b], *layout_.nodata);
+        all_nodata = all_nodata && nodata_[b].contains(value[b]);
       }
       float weight = 1.0F;
       if (layout_.has_alpha) {
@@ -220,6 +222,7 @@ class IlluminationCodec final : public ChannelCodec {
   }
 
   SampleLayout layout_;
+  std::array<NodataRange, 3> nodata_;  // of the value bands
   TexelFormat texels_;
   double scale_;
   float limit_;

@@ -16,6 +16,7 @@
 
 #include "builder/channels/channel_makers.h"
 #include "builder/channels/channel_options.h"
+#include "builder/channels/nodata.h"
 #include "builder/channels/read_samples.h"
 #include "builder/channels/unblocked_format.h"
 
@@ -27,6 +28,8 @@ class MaskCodec final : public ChannelCodec {
   // `inside`: source values that count as inside, all others are outside; empty: samples are shares.
   MaskCodec(const SampleLayout& layout, TexelFormat format, std::vector<double> inside, std::optional<double> kept_above)
       : layout_(layout), inside_(std::move(inside)) {
+    if (layout.type == SampleType::kFloat32)
+      for (double& value : inside_) value = static_cast<double>(static_cast<float>(value));
     source_planes_ = 2;
     rules_.assign(2, PlaneRule::kLinear);
     Part shares{.format = format, .texel_format = unblocked_format(format), .components = {"coverage"}};
@@ -43,15 +46,16 @@ class MaskCodec final : public ChannelCodec {
       parts_ = {shares};
     }
     measures_.push_back({.name = "coverage", .unit = ""});
-    if (layout.type == SampleType::kUint8 && inside_.empty() && !layout.range)
+    if (layout.type == SampleType::kUint8 && inside_.empty() && !layout.range && layout.full_value() == kWhole)
       for (std::size_t code = 0; code < share_of_code_.size(); ++code) share_of_code_[code] = static_cast<float>(code);
     else if (layout.type == SampleType::kUint8)
       for (std::size_t code = 0; code < share_of_code_.size(); ++code) share_of_code_[code] = share_of(static_cast<double>(code));
     samples_are_texels_ = layout.type == SampleType::kUint8 && format == TexelFormat::kR8 && inside_.empty() && !layout.range &&
-                          !layout.nodata && !layout.has_alpha;
+                          layout.full_value() == kWhole && !layout.nodata && !layout.has_alpha;
+    nodata_ = nodata_range(layout);
   }
 
-  bool decode_row(const std::byte* samples, std::int64_t count, const PlaneRow& out) const override {
+  bool decode_values(const std::byte* samples, std::int64_t count, const PlaneRow& out) const override {
     float* const share = out[0];
     float* const weight = out[1];
     if (layout_.type == SampleType::kUint8 && !layout_.has_alpha && !layout_.nodata) {
@@ -61,7 +65,7 @@ class MaskCodec final : public ChannelCodec {
       return true;
     }
     const std::size_t bytes = sample_bytes(layout_.type);
-    const double alpha_full = full_scale(layout_.type);
+    const double alpha_full = layout_.full_alpha();
     bool opaque = true;
     for (std::int64_t i = 0; i < count; ++i) {
       const double value = read_sample(layout_.type, samples);
@@ -72,7 +76,7 @@ class MaskCodec final : public ChannelCodec {
         w = std::isfinite(alpha) ? static_cast<float>(std::clamp(alpha, 0.0, 1.0)) : 0.0F;
         samples += bytes;
       }
-      if (!std::isfinite(value) || (layout_.nodata && equals_nodata(layout_.type, value, *layout_.nodata))) w = 0.0F;
+      if (!std::isfinite(value) || nodata_.contains(value)) w = 0.0F;
       opaque = opaque && w == 1.0F;
       weight[i] = w;
       share[i] = w > 0.0F ? w * share_of(value) : 0.0F;
@@ -113,10 +117,10 @@ class MaskCodec final : public ChannelCodec {
 
   [[nodiscard]] float share_of(double value) const {
     if (!inside_.empty()) {
-      const bool is_inside = std::any_of(inside_.begin(), inside_.end(), [&](double v) { return equals_nodata(layout_.type, value, v); });
+      const bool is_inside = std::ranges::find(inside_, value) != inside_.end();
       return is_inside ? static_cast<float>(kWhole) : 0.0F;
     }
-    const std::array<double, 2> range = layout_.range.value_or(std::array<double, 2>{0.0, full_scale(layout_.type)});
+    const std::array<double, 2> range = layout_.range.value_or(std::array<double, 2>{0.0, layout_.full_value()});
     return static_cast<float>(kWhole * std::clamp((value - range[0]) / (range[1] - range[0]), 0.0, 1.0));
   }
 
@@ -136,6 +140,7 @@ class MaskCodec final : public ChannelCodec {
   }
 
   SampleLayout layout_;
+  NodataRange nodata_;
   std::vector<double> inside_;
   std::array<float, 256> share_of_code_{};
 };

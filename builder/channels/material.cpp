@@ -9,12 +9,13 @@
 #include <cstring>
 #include <nlohmann/json.hpp>
 #include <string>
+#include <type_traits>
 
 #include "builder/channels/channel_makers.h"
 #include "builder/channels/channel_options.h"
 #include "builder/channels/class_table.h"
 #include "builder/channels/format_of_channels.h"
-#include "builder/channels/read_samples.h"
+#include "builder/channels/nodata.h"
 
 namespace vt::channels {
 namespace {
@@ -50,7 +51,7 @@ void quantise_shares(const std::array<float, kMostRankedClasses>& shares, int ra
 class MaterialCodec final : public ChannelCodec {
  public:
   MaterialCodec(const SampleLayout& layout, TexelFormat format, const ClassCounting& counting, bool has_mixture, const Json& table)
-      : layout_(layout), counting_(counting), is_16_bit_(format == TexelFormat::kR16) {
+      : layout_(weighed_by_coverage(layout, CoverageUse::kHalf)), counting_(counting), is_16_bit_(format == TexelFormat::kR16) {
     source_planes_ = 2;
     class_counting_ = counting;
     rules_.assign(static_cast<std::size_t>(class_planes(counting.ranked)), PlaneRule::kLinear);
@@ -63,12 +64,13 @@ class MaterialCodec final : public ChannelCodec {
                       .zero_is_nodata = zero_is_nodata,
                       .metadata_json = metadata.dump()});
     measures_.push_back({.name = "class area", .unit = "pp"});
-    const bool same_no_data = !layout.nodata || *layout.nodata == counting.no_data;
-    samples_are_texels_ = same_no_data && sample_bytes(layout.type) == (is_16_bit_ ? 2 : 1);
+    const NodataRange nodata = nodata_range(layout);
+    const bool same_no_data = nodata.empty() || (nodata.low == counting.no_data && nodata.high == counting.no_data);
+    samples_are_texels_ = same_no_data && !layout.has_alpha && sample_bytes(layout.type) == (is_16_bit_ ? 2 : 1);
     if (has_mixture) add_mixture();
   }
 
-  bool decode_row(const std::byte* samples, std::int64_t count, const PlaneRow& out) const override {
+  bool decode_values(const std::byte* samples, std::int64_t count, const PlaneRow& out) const override {
     switch (layout_.type) {
       case SampleType::kUint8:
         return decode<std::uint8_t>(samples, count, out);
@@ -83,8 +85,9 @@ class MaterialCodec final : public ChannelCodec {
       case SampleType::kInt32:
         return decode<std::int32_t>(samples, count, out);
       case SampleType::kFloat32:
+        return decode<float>(samples, count, out);
       case SampleType::kFloat64:
-        break;
+        return decode<double>(samples, count, out);
     }
     return false;
   }
@@ -173,9 +176,9 @@ class MaterialCodec final : public ChannelCodec {
   bool decode(const std::byte* samples, std::int64_t count, const PlaneRow& out) const {
     float* const classes = out[0];
     float* const weights = out[kClassWeightPlane];
-    const std::optional<T> nodata = nodata_sample<T>(layout_.type, layout_.nodata);
+    const TypedNodataRange<T> nodata = typed_nodata_range<T>(layout_);
     T sample;
-    if (!nodata) {
+    if (nodata.empty() && !std::is_floating_point_v<T>) {
       for (std::int64_t i = 0; i < count; ++i) {
         std::memcpy(&sample, samples + i * static_cast<std::int64_t>(sizeof sample), sizeof sample);
         classes[i] = static_cast<float>(sample);
@@ -183,11 +186,11 @@ class MaterialCodec final : public ChannelCodec {
       std::fill_n(weights, count, 1.0F);
       return true;
     }
-    const T no_class = *nodata;
     int voids = 0;
     for (std::int64_t i = 0; i < count; ++i) {
       std::memcpy(&sample, samples + i * static_cast<std::int64_t>(sizeof sample), sizeof sample);
-      const bool is_void = sample == no_class;
+      bool is_void = nodata.contains(sample);
+      if constexpr (std::is_floating_point_v<T>) is_void = is_void || !std::isfinite(sample);
       voids |= static_cast<int>(is_void);
       classes[i] = is_void ? 0.0F : static_cast<float>(sample);
       weights[i] = is_void ? 0.0F : 1.0F;
@@ -249,12 +252,9 @@ MadeCodec make_material_codec(const ChannelSettings& settings, const SampleLayou
                                              ": a decoded block holds numbers between its classes, which are other classes; use r8 or r16");
   if (settings.format != TexelFormat::kR8 && settings.format != TexelFormat::kR16)
     return fail(ErrorCode::kUnsupported, "a material layer cannot be stored as " + format + "; use r8 or r16");
-  if (layout.value_bands != 1 || layout.has_alpha)
-    return fail(ErrorCode::kUnsupported, "material needs exactly one band, found " +
-                                             std::to_string(layout.value_bands + (layout.has_alpha ? 1 : 0)) + "; choose with --bands");
-  if (layout.type == SampleType::kFloat32 || layout.type == SampleType::kFloat64)
+  if (layout.value_bands != 1)
     return fail(ErrorCode::kUnsupported,
-                "samples are " + std::string(sample_name(layout.type)) + ", but classes are whole numbers; store the classes as integers");
+                "material needs exactly one band, found " + std::to_string(layout.value_bands) + "; choose with --bands");
 
   constexpr std::array<std::string_view, 5> kMixtures{"", "1", "2", "3", "4"};
   VT_ASSIGN(const std::string mixture, choice_of(settings.options, "mixture", "", std::span(kMixtures)));

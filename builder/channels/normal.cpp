@@ -72,6 +72,7 @@ class NormalCodec final : public ChannelCodec {
  public:
   NormalCodec(const NormalInput& input, const NormalStyle& style)
       : input_(input), components_(format_info(style.format).channels), direction_(unorm_code(style.format, -1.0, 1.0, 1)) {
+    input_.layout = weighed_by_coverage(input.layout);
     source_planes_ = 4;
     rules_.assign(style.has_moments ? 4 + kMomentPlanes : 4, PlaneRule::kLinear);
     measures_.push_back({.name = "direction", .unit = "deg"});
@@ -84,7 +85,7 @@ class NormalCodec final : public ChannelCodec {
     if (style.has_moments) add_moments();
   }
 
-  bool decode_row(const std::byte* samples, std::int64_t count, const PlaneRow& out) const override {
+  bool decode_values(const std::byte* samples, std::int64_t count, const PlaneRow& out) const override {
     return input_.decode_row(samples, count, out);
   }
 

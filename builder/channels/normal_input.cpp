@@ -8,8 +8,8 @@
 #include <type_traits>
 
 #include "builder/channels/channel_options.h"
+#include "builder/channels/nodata.h"
 #include "builder/channels/normal_rows.h"
-#include "builder/channels/read_samples.h"
 
 namespace vt::channels {
 namespace {
@@ -24,9 +24,9 @@ struct Mapping {
 };
 
 template <class T>
-Mapping mapping_of(bool centre_is_code) {
+Mapping mapping_of(bool centre_is_code, double full_scale) {
   if constexpr (std::is_floating_point_v<T>) return {};
-  const auto greatest = static_cast<float>(std::numeric_limits<T>::max());
+  const auto greatest = static_cast<float>(full_scale);
   if constexpr (std::is_signed_v<T>) return {0.0F, 1.0F / greatest, 0.75F / greatest};
   const float middle = centre_is_code ? 0.5F * (greatest + 1.0F) : 0.5F * greatest;
   return {middle, 1.0F / (greatest - middle), 0.75F / (greatest - middle)};
@@ -41,7 +41,8 @@ void read_components(const NormalInput& input, const Mapping& mapping, const std
     const float value = (static_cast<float>(sample) - mapping.middle) * mapping.gain;
     return value > -1.0F ? value : -1.0F;
   };
-  const auto is_nodata = [&](T sample) { return equals_nodata(input.layout.type, static_cast<double>(sample), *input.layout.nodata); };
+  std::array<TypedNodataRange<T>, 3> nodata;
+  for (std::size_t b = 0; b < nodata.size(); ++b) nodata[b] = typed_nodata_range<T>(input.layout, b);
   const std::size_t texel_bytes = sizeof(T) * (has_z ? 3 : 2);
   std::array<T, 3> texel{};
   for (std::int64_t i = 0; i < count; ++i, samples += texel_bytes) {
@@ -52,13 +53,13 @@ void read_components(const NormalInput& input, const Mapping& mapping, const std
     out[1][i] = y_sign * y;
     // Beyond the unit circle the root of less than nothing is taken as 0: the rim of the hemisphere.
     out[2][i] = has_z ? component(texel[2]) : std::sqrt(std::max(0.0F, 1.0F - (x * x + y * y)));
-    if (input.layout.nodata && is_nodata(texel[0]) && is_nodata(texel[1]) && (!has_z || is_nodata(texel[2]))) out[0][i] = kNaN;
+    if (nodata[0].contains(texel[0]) && nodata[1].contains(texel[1]) && (!has_z || nodata[2].contains(texel[2]))) out[0][i] = kNaN;
   }
 }
 
 template <class T>
 bool decode(const NormalInput& input, const std::byte* samples, std::int64_t count, const PlaneRow& out) {
-  const Mapping mapping = mapping_of<T>(input.centre_is_code);
+  const Mapping mapping = mapping_of<T>(input.centre_is_code, input.layout.full_value());
   read_components<T>(input, mapping, samples, count, out);
   return make_unit(static_cast<std::size_t>(count), mapping.least, out[0], out[1], out[2], out[3]);
 }
@@ -87,9 +88,8 @@ bool NormalInput::decode_row(const std::byte* samples, std::int64_t count, const
 }
 
 Result<NormalInput> choose_normal_input(const Options& options, const SampleLayout& layout) {
-  if ((layout.value_bands != 2 && layout.value_bands != 3) || layout.has_alpha)
-    return fail(ErrorCode::kUnsupported, "normals need two bands (x, y) or three (x, y, z), found " +
-                                             std::to_string(layout.value_bands + (layout.has_alpha ? 1 : 0)) +
+  if (layout.value_bands != 2 && layout.value_bands != 3)
+    return fail(ErrorCode::kUnsupported, "normals need two bands (x, y) or three (x, y, z), found " + std::to_string(layout.value_bands) +
                                              "; choose with --bands, for example --bands 1,2,3");
   if (layout.type == SampleType::kUint32 || layout.type == SampleType::kInt32)
     return fail(ErrorCode::kUnsupported, std::string("normals from ") + sample_name(layout.type) +

@@ -17,6 +17,7 @@
 #include "builder/channels/channel_makers.h"
 #include "builder/channels/channel_options.h"
 #include "builder/channels/neighbours.h"
+#include "builder/channels/nodata.h"
 #include "builder/channels/number_code.h"
 #include "builder/channels/read_samples.h"
 #include "builder/channels/sensor_quantity.h"
@@ -31,7 +32,8 @@ constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 class SensorCodec final : public ChannelCodec {
  public:
   SensorCodec(const SampleLayout& layout, SensorQuantity quantity, TexelFormat format)
-      : layout_(layout),
+      : layout_(weighed_by_coverage(layout)),
+        nodata_(nodata_range(layout)),
         quantity_(std::move(quantity)),
         number_(format, quantity_.span.value_or(std::array<double, 2>{}), format == TexelFormat::kR16),
         is_float_(format == TexelFormat::kR32Float),
@@ -49,10 +51,11 @@ class SensorCodec final : public ChannelCodec {
     measures_ = {{.name = stored, .unit = quantity_.unit}, {.name = "clipped " + stored, .unit = quantity_.unit}};
     measures_equivalent_ = quantity_.band != nullptr && !quantity_.stores_temperature;
     if (measures_equivalent_) measures_.push_back({.name = "equivalent temperature", .unit = "K"});
+    keeps_numbers_ = quantity_.scale == 1.0 && quantity_.offset == 0.0;
     make_table();
   }
 
-  bool decode_row(const std::byte* samples, std::int64_t count, const PlaneRow& out) const override {
+  bool decode_values(const std::byte* samples, std::int64_t count, const PlaneRow& out) const override {
     switch (layout_.type) {
       case SampleType::kUint8:
       case SampleType::kInt8:
@@ -120,7 +123,7 @@ class SensorCodec final : public ChannelCodec {
 
   // What is averaged, of a sample. NaN when it is no data.
   [[nodiscard]] double averaged_value(double sample) const {
-    if (!std::isfinite(sample) || (layout_.nodata && equals_nodata(layout_.type, sample, *layout_.nodata))) return kNaN;
+    if (!std::isfinite(sample) || nodata_.contains(sample)) return kNaN;
     const double value = quantity_.offset + quantity_.scale * sample;
     const double averaged = quantity_.kind == SensorQuantity::Kind::kTemperature ? quantity_.band->radiance(value) : value;
     return std::isfinite(static_cast<float>(averaged)) ? averaged : kNaN;
@@ -173,6 +176,7 @@ class SensorCodec final : public ChannelCodec {
   }
 
   SampleLayout layout_;
+  NodataRange nodata_;
   SensorQuantity quantity_;
   NumberCode number_;
   bool is_float_;
@@ -190,9 +194,9 @@ bool needs_span(TexelFormat format) { return format == TexelFormat::kR16 || form
 }  // namespace
 
 MadeCodec make_sensor_codec(const ChannelSettings& settings, const SampleLayout& layout) {
-  if (layout.value_bands != 1 || layout.has_alpha)
-    return fail(ErrorCode::kUnsupported, "a sensor layer is of one band, found " +
-                                             std::to_string(layout.value_bands + (layout.has_alpha ? 1 : 0)) + "; choose with --bands");
+  if (layout.value_bands != 1)
+    return fail(ErrorCode::kUnsupported,
+                "a sensor layer is of one band, found " + std::to_string(layout.value_bands) + "; choose with --bands");
   if (layout.range)
     return fail(ErrorCode::kUnsupported,
                 "a sensor layer has no black and white to be given as a range; say what samples are worth with "
@@ -203,7 +207,7 @@ MadeCodec make_sensor_codec(const ChannelSettings& settings, const SampleLayout&
   if (!is_known_format(settings.format))
     return fail(ErrorCode::kUnsupported, "a sensor layer cannot be stored as " + std::string(format_info(settings.format).name) +
                                              ", which is for colours; use r32f, r16f, r16 or bc4");
-  VT_ASSIGN(SensorQuantity quantity, sensor_quantity(settings.options));
+  VT_ASSIGN(SensorQuantity quantity, sensor_quantity(settings.options, layout));
   if (needs_span(settings.format) && !quantity.span)
     return fail(ErrorCode::kUsage, std::string("codes of ") + std::string(format_info(settings.format).name) +
                                        " need to know what they span; give --span LOW,HIGH in " +

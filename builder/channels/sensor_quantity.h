@@ -10,6 +10,7 @@
 
 #include "builder/channels/channel_settings.h"
 #include "builder/channels/planck.h"
+#include "builder/channels/sample_layout.h"
 #include "store/result.h"
 
 namespace vt::channels {
@@ -27,8 +28,9 @@ struct SensorQuantity {
   std::shared_ptr<const BandRadiance> band;   // where temperature and radiance turn into each other; otherwise none
 };
 
-// kUsage: options that do not fit together; the message says how they would. kInvalidData: a table of response that is none.
-[[nodiscard]] Result<SensorQuantity> sensor_quantity(const Options& options);
+// Scale, offset and unit of the input are the options', else what the file declares in `layout`. kUsage: options that do not fit together;
+// the message says how they would. kInvalidData: a table of response that is none; a declared unit that is not the quantity's.
+[[nodiscard]] Result<SensorQuantity> sensor_quantity(const Options& options, const SampleLayout& layout);
 
 // "radiance", "reflectance", "emissivity" or "temperature".
 [[nodiscard]] std::string_view stored_name(const SensorQuantity& quantity);

@@ -17,6 +17,7 @@
 #include "builder/channels/channel_options.h"
 #include "builder/channels/format_of_channels.h"
 #include "builder/channels/neighbours.h"
+#include "builder/channels/nodata.h"
 #include "builder/channels/number_code.h"
 #include "builder/channels/read_samples.h"
 #include "builder/channels/sensor_quantity.h"
@@ -49,7 +50,8 @@ std::array<double, 2> span_of(const ThermalBasis& basis, std::size_t component) 
 
 class ThermalCodec final : public ChannelCodec {
  public:
-  ThermalCodec(const SampleLayout& layout, Thermal thermal, TexelFormat format) : layout_(layout), thermal_(std::move(thermal)) {
+  ThermalCodec(const SampleLayout& layout, Thermal thermal, TexelFormat format)
+      : layout_(weighed_by_coverage(layout)), nodata_(nodata_range(layout)), thermal_(std::move(thermal)) {
     components_ = thermal_.basis.curves.size();
     source_planes_ = static_cast<int>(components_) + 1;
     rules_.assign(components_ + 1, PlaneRule::kLinear);
@@ -61,7 +63,7 @@ class ThermalCodec final : public ChannelCodec {
     make_table();
   }
 
-  bool decode_row(const std::byte* samples, std::int64_t count, const PlaneRow& out) const override {
+  bool decode_values(const std::byte* samples, std::int64_t count, const PlaneRow& out) const override {
     const std::size_t bytes = sample_bytes(layout_.type);
     bool opaque = true;
     for (std::int64_t i = 0; i < count; ++i, samples += bytes) {
@@ -198,7 +200,7 @@ class ThermalCodec final : public ChannelCodec {
 
   // The row of the library, or kNoClass.
   [[nodiscard]] std::uint16_t class_of(double id) const {
-    if (!std::isfinite(id) || (layout_.nodata && equals_nodata(layout_.type, id, *layout_.nodata))) return kNoClass;
+    if (!std::isfinite(id) || nodata_.contains(id)) return kNoClass;
     const std::vector<ThermalClass>& classes = thermal_.library.classes;
     const auto found = std::lower_bound(classes.begin(), classes.end(), id,
                                         [](const ThermalClass& one, double wanted) { return static_cast<double>(one.id) < wanted; });
@@ -218,6 +220,7 @@ class ThermalCodec final : public ChannelCodec {
   }
 
   SampleLayout layout_;
+  NodataRange nodata_;
   Thermal thermal_;
   std::size_t components_ = 0;
   bool has_nodata_ = true;
@@ -248,7 +251,7 @@ Result<void> check_fit(const ChannelSettings& settings) {
   if (std::find(kFormats.begin(), kFormats.end(), settings.format) == kFormats.end())
     return fail(ErrorCode::kUnsupported, "a thermal basis cannot be stored as " + std::string(format_info(settings.format).name) +
                                              "; use rgba16, rgba16f or rgba32f, or r16, r16f, r32f or bc4 for each coefficient by itself");
-  for (const char* name : {"quantity", "store", "input-scale", "input-offset", "span", "unit"})
+  for (const char* name : {"quantity", "store", "input-scale", "input-offset", "input-unit", "span", "unit"})
     if (settings.options.contains(name))
       return fail(ErrorCode::kUsage,
                   std::string("option ") + name + " has no meaning with a basis: input is classes, and the library says the rest");

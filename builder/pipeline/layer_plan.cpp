@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <filesystem>
 #include <iterator>
+#include <limits>
 
 #include "builder/channels/channel_options.h"
 #include "builder/pipeline/layer_grid.h"
@@ -63,18 +64,17 @@ TexelFormat usual_format(ChannelType channel, SampleType samples, bool may_be_em
   return channel_info(channel).default_format;
 }
 
-// All of the layer but its place and size. `may_be_empty`: there can be texels without data inside a source; `samples` and `nodata` are the
-// first source's.
-Result<LayerInfo> describe_layer(const LayerRequest& request, bool may_be_empty, SampleType samples, std::optional<double> nodata) {
+// All of the layer but its place and size. `may_be_empty`: there can be texels without data inside a source; `first` is the first source's.
+Result<LayerInfo> describe_layer(const LayerRequest& request, bool may_be_empty, const channels::SampleLayout& first) {
   LayerInfo info;
   info.name = request.name;
   info.channel = request.channel;
-  info.format = request.format.value_or(usual_format(request.channel, samples, may_be_empty));
+  info.format = request.format.value_or(usual_format(request.channel, first.type, may_be_empty));
   info.transfer = request.channel == ChannelType::kColor ? Transfer::kSrgb : Transfer::kLinear;
   if (request.tile_texels < 4 || request.tile_texels > 4096 || !std::has_single_bit(static_cast<unsigned>(request.tile_texels)))
     return fail(ErrorCode::kUsage, "tile size " + std::to_string(request.tile_texels) + " is not a power of two from 4 to 4096");
   info.tile_exponent = static_cast<std::uint8_t>(std::countr_zero(static_cast<unsigned>(request.tile_texels)));
-  if (nodata) info.source_nodata = *nodata;
+  if (first.nodata && first.nodata->values().size() == 1) info.source_nodata = first.nodata->of(0);
   return info;
 }
 
@@ -195,11 +195,15 @@ Result<void> plan_with_sources(const LayerRequest& request, const std::optional<
   plan.crs = frame ? frame->crs : request.crs.value_or(sources.front().crs);
   VT_CHECK(check_systems(sources, plan.crs, plan.warnings));
 
-  const bool may_be_empty = std::any_of(sources.begin(), sources.end(), [](const OpenSource& s) {
-    return s.raster->info().alpha_band >= 0 || s.raster->info().nodata.has_value();
-  });
-  const source::RasterInfo& first = sources.front().raster->info();
-  VT_ASSIGN(plan.info, describe_layer(request, may_be_empty, first.sample_type, first.nodata));
+  std::vector<ChosenSamples> samples;
+  samples.reserve(sources.size());
+  for (const OpenSource& source : sources) {
+    VT_ASSIGN(ChosenSamples chosen, choose_samples(request, source));
+    samples.push_back(std::move(chosen));
+  }
+  const bool may_be_empty =
+      std::ranges::any_of(samples, [](const ChosenSamples& s) { return s.layout.has_alpha || s.layout.nodata.has_value(); });
+  VT_ASSIGN(plan.info, describe_layer(request, may_be_empty, samples.front().layout));
   std::vector<Bounds> bounds(sources.size());
   VT_CHECK(for_each_index(sources.size(), threads, [&](std::size_t i) -> Result<void> {
     VT_ASSIGN(bounds[i], bounds_in(plan.crs, sources[i]));
@@ -214,7 +218,7 @@ Result<void> plan_with_sources(const LayerRequest& request, const std::optional<
 
   std::vector<resample::PlacedSource> placed(sources.size());
   VT_CHECK(for_each_index(sources.size(), threads, [&](std::size_t i) -> Result<void> {
-    VT_ASSIGN(placed[i], place_source(request, plan.resampling, plan.info, plan.crs, sources[i], bounds[i]));
+    VT_ASSIGN(placed[i], place_source(samples[i], plan.resampling, plan.info, plan.crs, sources[i], bounds[i]));
     return {};
   }));
   CodecShelf codecs;
@@ -225,6 +229,7 @@ Result<void> plan_with_sources(const LayerRequest& request, const std::optional<
     placed[i].codec = std::move(*codec);
   }
   plan.codec = placed.front().codec;
+  if (!plan.codec->keeps_numbers()) plan.info.source_nodata = std::numeric_limits<double>::quiet_NaN();
   for (std::size_t i = 1; i < placed.size(); ++i)
     if (!writes_the_same(*plan.codec, *placed[i].codec))
       return fail(ErrorCode::kInvalidData,
@@ -254,14 +259,14 @@ Result<void> plan_without_sources(const LayerRequest& request, const std::option
   plan.crs = frame ? frame->crs : *request.crs;
 
   const ExpectedSamples& expected = *request.expected;
-  VT_ASSIGN(plan.info, describe_layer(request, expected.has_alpha || expected.nodata.has_value(), expected.type, expected.nodata));
   VT_ASSIGN(const Bounds bounds, bounds_of(*request.area));
-  VT_CHECK(lay_out(request, frame, nullptr, bounds, plan));
   const channels::SampleLayout layout{.type = expected.type,
                                       .value_bands = expected.bands,
-                                      .has_alpha = expected.has_alpha && channels::takes_coverage(request.channel),
+                                      .has_alpha = expected.has_alpha,
                                       .nodata = expected.nodata,
                                       .range = request.range};
+  VT_ASSIGN(plan.info, describe_layer(request, expected.has_alpha || expected.nodata.has_value(), layout));
+  VT_CHECK(lay_out(request, frame, nullptr, bounds, plan));
   auto codec = CodecShelf().codec_for(settings_for(request, plan.info), layout);
   if (!codec) return fail(codec.error().code, "layer '" + request.name + "': " + codec.error().message);
   plan.codec = std::move(*codec);

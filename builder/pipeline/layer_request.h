@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "builder/channels/channel_settings.h"
@@ -13,18 +14,34 @@
 #include "builder/resample/placed_source.h"
 #include "store/channel.h"
 #include "store/layer.h"
+#include "store/result.h"
 #include "store/sample_type.h"
 #include "store/texel_format.h"
 
 namespace vt::pipeline {
+
+// What says how much of a sample is covered by data.
+struct CoverageChoice {
+  enum class Kind : std::uint8_t {
+    kAuto,  // what the file declares: a mask, or an alpha band (one that is named among the bands, when bands are named)
+    kNone,  // nothing: every sample is wholly covered
+    kBand,  // this band
+  };
+  Kind kind = Kind::kAuto;
+  int band = 0;  // of kBand, counted from 1
+  [[nodiscard]] bool operator==(const CoverageChoice&) const = default;
+};
+// "auto", "none" or a band's number. kUsage.
+[[nodiscard]] Result<CoverageChoice> coverage_choice_from(std::string_view text);
 
 struct SourceRequest {
   std::filesystem::path path;
   std::optional<geo::Crs> crs;           // whatever the file says
   std::optional<geo::Crs> fallback_crs;  // when the file says nothing
   std::optional<Area> extent;            // outer edges in CRS units, for pictures that carry none
-  std::optional<double> nodata;
-  std::vector<int> bands;  // counted from 1, in the order red, green, blue (or the one value); empty: the file's own order
+  std::vector<double> nodata;            // one value for all bands, or one for each band that is read; empty: what the file says
+  std::vector<int> bands;                // counted from 1, in the order red, green, blue (or the one value); empty: the file's own order
+  CoverageChoice coverage;
 };
 
 // What the samples of sources that are not there yet will be like: enough to plan with.

@@ -7,6 +7,7 @@
 #include <optional>
 #include <span>
 
+#include "builder/channels/channel_codec.h"
 #include "builder/pipeline/parallel.h"
 #include "store/content_hash.h"
 
@@ -55,8 +56,9 @@ Result<OpenSource> open_source(const SourceRequest& request, ChannelType channel
   source::OpenOptions options;
   options.crs = request.crs;
   options.extent = request.extent;
-  options.nodata = request.nodata;
-  options.palette_indices = channel == ChannelType::kMaterial;
+  // Several values are a colour, which is compared with what is read.
+  if (request.nodata.size() == 1) options.nodata = request.nodata.front();
+  options.as_numbers = !channels::reads_colors(channel);
   options.cache = shared.cache;
   options.files = shared.files;
   options.scratch = shared.scratch;
@@ -79,6 +81,10 @@ Result<OpenSource> open_source(const SourceRequest& request, ChannelType channel
         ErrorCode::kInvalidData,
         request.path.string() + ": the file does not say where it lies; give --extent WEST,SOUTH,EAST,NORTH in units of " + crs.text());
   VT_ASSIGN(std::string fingerprint, content_fingerprint(request.path));
+  for (const std::filesystem::path& companion : info.companions) {
+    VT_ASSIGN(const std::string beside, content_fingerprint(companion));
+    fingerprint += "+" + beside;
+  }
   const geo::GeoTransform transform = transform_of(info);
   return OpenSource{request, std::move(raster), std::move(crs), transform, std::move(fingerprint)};
 }
@@ -96,9 +102,13 @@ nlohmann::ordered_json facts_of_one(const OpenSource& source) {
   json["crs"] = source.crs.text();
   const geo::GeoTransform& t = source.transform;
   json["transform"] = {t.x0, t.x_column, t.x_row, t.y0, t.y_column, t.y_row};
-  if (info.nodata)
-    json["nodata"] =
-        std::isfinite(*info.nodata) ? nlohmann::ordered_json(*info.nodata) : nlohmann::ordered_json(std::to_string(*info.nodata));
+  if (const auto& nodata = info.meaning.front().nodata)
+    json["nodata"] = std::isfinite(*nodata) ? nlohmann::ordered_json(*nodata) : nlohmann::ordered_json(std::to_string(*nodata));
+  // How samples are read that the file alone does not say: equal contents are then the same texels.
+  const SourceRequest& request = source.request;
+  if (request.nodata.size() > 1) json["nodata"] = request.nodata;
+  if (request.coverage.kind == CoverageChoice::Kind::kNone) json["coverage"] = "none";
+  if (request.coverage.kind == CoverageChoice::Kind::kBand) json["coverage"] = request.coverage.band;
   return json;
 }
 

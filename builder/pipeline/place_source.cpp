@@ -1,6 +1,5 @@
 #include "builder/pipeline/place_source.h"
 
-#include <algorithm>
 #include <cmath>
 #include <optional>
 #include <string>
@@ -11,39 +10,6 @@ namespace vt::pipeline {
 namespace {
 
 using source::RasterInfo;
-
-// Which bands a channel reads, as indices, the coverage band last.
-Result<std::vector<int>> choose_bands(const LayerRequest& request, const OpenSource& source, bool with_alpha) {
-  const RasterInfo& info = source.raster->info();
-  std::vector<int> bands;
-  for (int band : source.request.bands) {
-    if (band < 1 || band > info.bands)
-      return fail(ErrorCode::kUsage, source.request.path.string() + ": band " + std::to_string(band) + " asked for, the file has 1 to " +
-                                         std::to_string(info.bands));
-    bands.push_back(band - 1);
-  }
-  const int values = info.bands - (info.alpha_band >= 0 ? 1 : 0);
-  if (bands.empty() && info.alpha_band >= 0 && channels::is_coverage_itself(request.channel, values))
-    return std::vector<int>{info.alpha_band};
-  if (bands.empty()) {
-    VT_ASSIGN(const int wanted, channels::bands_wanted(request.channel, request.options, values));
-    for (int b = 0; b < info.bands && static_cast<int>(bands.size()) < wanted; ++b)
-      if (b != info.alpha_band) bands.push_back(b);
-  }
-  // A coverage band that was named among the others is not taken twice.
-  if (with_alpha) {
-    std::erase(bands, info.alpha_band);
-    bands.push_back(info.alpha_band);
-  }
-  return bands;
-}
-
-// The coverage band is what the channel is about, not what weighs it.
-bool is_value(const LayerRequest& request, const OpenSource& source, int alpha_band) {
-  const std::vector<int>& asked = source.request.bands;
-  if (!asked.empty()) return request.channel == ChannelType::kMask && std::find(asked.begin(), asked.end(), alpha_band + 1) != asked.end();
-  return channels::is_coverage_itself(request.channel, source.raster->info().bands - 1);
-}
 
 // Where the source's first sample lies in texels of the grid, when its samples are as large as texels all over the source.
 std::optional<Point2> offset_in_texels(const GridPlacement& grid, const OpenSource& source) {
@@ -73,26 +39,18 @@ std::int64_t snapped(double offset) { return static_cast<std::int64_t>(std::ceil
 Result<std::shared_ptr<const channels::ChannelCodec>> CodecShelf::codec_for(const channels::ChannelSettings& settings,
                                                                             const channels::SampleLayout& layout) {
   for (const auto& [known, codec] : codecs_)
-    if (resample::same_layout(known, layout)) return codec;
+    if (known == layout) return codec;
   VT_ASSIGN(std::shared_ptr<const channels::ChannelCodec> made, channels::make_codec(settings, layout));
   return codecs_.emplace_back(layout, std::move(made)).second;
 }
 
-Result<resample::PlacedSource> place_source(const LayerRequest& request, resample::Method resampling, const LayerInfo& layer,
+Result<resample::PlacedSource> place_source(const ChosenSamples& samples, resample::Method resampling, const LayerInfo& layer,
                                             const geo::Crs& crs, const OpenSource& source, const Bounds& bounds) {
   const RasterInfo& info = source.raster->info();
   resample::PlacedSource placed;
   placed.raster = source.raster;
-  placed.layout.type = info.sample_type;
-  placed.layout.has_alpha = info.alpha_band >= 0 && channels::takes_coverage(layer.channel) && !is_value(request, source, info.alpha_band);
-  if (info.alpha_is_straightened && request.options.contains("alpha") && request.options.at("alpha") == "associated")
-    return fail(ErrorCode::kUsage,
-                source.request.path.string() +
-                    ": declares that its colour is multiplied by its coverage, which is undone already; leave --alpha out");
-  placed.layout.nodata = info.nodata;
-  placed.layout.range = request.range;
-  VT_ASSIGN(placed.bands, choose_bands(request, source, placed.layout.has_alpha));
-  placed.layout.value_bands = static_cast<int>(placed.bands.size()) - (placed.layout.has_alpha ? 1 : 0);
+  placed.bands = samples.bands;
+  placed.layout = samples.layout;
 
   const TexelRect whole{0, 0, layer.data.width, layer.data.height};
   if (source.transform.is_north_up() && crs.same_coordinates(source.crs)) {

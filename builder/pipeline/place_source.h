@@ -1,4 +1,4 @@
-// Puts an opened source into a layer: which of its bands are read, how its samples enter filter space, where they lie on the layer's grid.
+// Puts an opened source into a layer: how its samples enter filter space, and where they lie on the layer's grid.
 #pragma once
 
 #include <memory>
@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "builder/channels/channel_codec.h"
+#include "builder/pipeline/choose_samples.h"
 #include "builder/pipeline/layer_grid.h"
-#include "builder/pipeline/layer_request.h"
 #include "builder/pipeline/open_sources.h"
 #include "builder/resample/placed_source.h"
 #include "store/layer.h"
@@ -26,8 +26,8 @@ class CodecShelf {
   std::vector<std::pair<channels::SampleLayout, std::shared_ptr<const channels::ChannelCodec>>> codecs_;
 };
 
-// All but the codec, which the caller adds. `bounds` are the source's in the layer's CRS. kUsage: a band that the file does not have.
-[[nodiscard]] Result<resample::PlacedSource> place_source(const LayerRequest& request, resample::Method resampling, const LayerInfo& layer,
+// All but the codec, which the caller adds. `bounds` are the source's in the layer's CRS.
+[[nodiscard]] Result<resample::PlacedSource> place_source(const ChosenSamples& samples, resample::Method resampling, const LayerInfo& layer,
                                                           const geo::Crs& crs, const OpenSource& source, const Bounds& bounds);
 
 }  // namespace vt::pipeline

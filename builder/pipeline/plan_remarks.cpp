@@ -1,13 +1,75 @@
 #include "builder/pipeline/plan_remarks.h"
 
+#include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <filesystem>
+
+#include "builder/channels/channel_codec.h"
+#include "builder/channels/height_unit.h"
 
 namespace vt::pipeline {
 namespace {
 
 // A mosaic can have a remark for each of its files; a person reads a few.
 constexpr std::size_t kMostRemarks = 8;
+
+std::string number_text(double value) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.9g", value);
+  return text;
+}
+
+// "0.1 * sample + 5 ft": what a file declares of the numbers that a layer reads. Empty: nothing.
+std::string declared_number(const channels::SampleLayout& layout) {
+  const double scale = layout.scale.value_or(1.0);
+  const double offset = layout.offset.value_or(0.0);
+  const std::string unit = layout.unit.empty() ? "" : " in '" + layout.unit + "'";
+  if (scale == 1.0 && offset == 0.0) return unit;
+  return " as " + number_text(scale) + " * sample" + (offset == 0.0 ? "" : (offset < 0.0 ? " - " : " + ") + number_text(std::abs(offset))) +
+         unit;
+}
+
+// What the file declares of its numbers, and how it is taken.
+void remark_on_numbers(const LayerRequest& request, const OpenSource& source, const resample::PlacedSource& placed,
+                       SharedRemarks& remarks) {
+  const std::string path = source.request.path.string();
+  if (channels::applies_declared_scale(request.channel)) {
+    const bool is_plain_metre = request.channel == ChannelType::kElevation && channels::metres_of_unit(placed.layout.unit) == 1.0;
+    channels::SampleLayout declared = placed.layout;
+    if (is_plain_metre) declared.unit.clear();
+    const std::string text = declared_number(declared);
+    if (!text.empty()) {
+      std::string given;
+      for (const char* option : {"input-scale", "input-offset", "input-unit"})
+        if (request.options.contains(option)) given += (given.empty() ? "" : ", ") + std::string(option);
+      remarks.add("its values are declared" + text + (given.empty() ? ", and taken so" : "; what " + given + " says goes before that"),
+                  path);
+    }
+    return;
+  }
+  for (const int band : placed.bands) {
+    const source::BandMeaning& meaning = source.raster->info().meaning[static_cast<std::size_t>(band)];
+    if (meaning.scale.value_or(1.0) == 1.0 && meaning.offset.value_or(0.0) == 0.0) continue;
+    remarks.add("declares a scale of " + number_text(meaning.scale.value_or(1.0)) + " and an offset of " +
+                    number_text(meaning.offset.value_or(0.0)) + " for its samples, which " +
+                    std::string(channel_info(request.channel).name) + " layers do not use",
+                path);
+    return;
+  }
+}
+
+bool concerns(source::Concern concern, ChannelType channel) {
+  switch (concern) {
+    case source::Concern::kAll:
+      return true;
+    case source::Concern::kColor:
+      return channel == ChannelType::kColor || channel == ChannelType::kIllumination;
+    case source::Concern::kHeights:
+      return channel == ChannelType::kElevation;
+  }
+  return true;
+}
 
 std::string two_digits(double value) {
   char text[32];
@@ -16,6 +78,18 @@ std::string two_digits(double value) {
 }
 
 }  // namespace
+
+void SharedRemarks::add(const std::string& text, const std::string& path) {
+  auto found = std::ranges::find(remarks_, text, &Files::text);
+  if (found == remarks_.end()) found = remarks_.insert(remarks_.end(), {.text = text, .first = path});
+  ++found->count;
+}
+
+void SharedRemarks::append_to(std::vector<std::string>& warnings) const {
+  for (const Files& files : remarks_)
+    warnings.push_back(files.first + (files.count > 1 ? " and " + std::to_string(files.count - 1) + " more files" : "") + ": " +
+                       files.text);
+}
 
 void Remarks::add(std::string text) {
   if (++count_ <= kMostRemarks) texts_.push_back(std::move(text));
@@ -34,6 +108,7 @@ void remark_on(const LayerRequest& request, resample::Method resampling, const g
   Remarks resampled("resampled");
   Remarks clear("stored without their coverage");
   Remarks ranges("taken as black at 0 and white at 65535");
+  SharedRemarks shared;
   for (std::size_t i = 0; i < sources.size(); ++i) {
     const OpenSource& source = sources[i];
     const std::string path = source.request.path.string();
@@ -41,6 +116,15 @@ void remark_on(const LayerRequest& request, resample::Method resampling, const g
       outside.add(path + ": lies outside the layer's area and is left out");
       continue;
     }
+    const source::RasterInfo& info = source.raster->info();
+    for (const source::UnusedFact& fact : info.unused)
+      if (concerns(fact.concern, request.channel)) shared.add("holds " + fact.what + ", which is not used", path);
+    remark_on_numbers(request, source, placed[i], shared);
+    const bool leaves_alpha = source.request.coverage.kind == CoverageChoice::Kind::kAuto && info.alpha_band >= 0 &&
+                              std::ranges::find(placed[i].bands, info.alpha_band) == placed[i].bands.end();
+    if (leaves_alpha)
+      shared.add("its coverage (band " + std::to_string(info.alpha_band + 1) + ") is not among the bands that are named, so it is not used",
+                 path);
     if (!placed[i].is_aligned)
       resampled.add(path + ": resampled (" + method + "), because " +
                     (crs.same_coordinates(source.crs) ? "its grid is not the layer's"
@@ -49,13 +133,15 @@ void remark_on(const LayerRequest& request, resample::Method resampling, const g
       moved.add(path + ": moved by " + two_digits(placed[i].moved.x) + " texels to the east and " + two_digits(placed[i].moved.y) +
                 " to the south (nearest), because its grid is not the layer's; its samples stay as they are");
     const bool is_opaque = request.format == TexelFormat::kRgb8 || request.format == TexelFormat::kBc1;
-    if (request.channel == ChannelType::kColor && is_opaque && source.raster->info().alpha_band >= 0)
+    if (request.channel == ChannelType::kColor && is_opaque && placed[i].layout.has_alpha)
       clear.add(path + ": has a coverage band that " + std::string(format_info(*request.format).name) +
                 " cannot store, what is clear shows its neighbours' colour; to keep it use " +
                 (request.format == TexelFormat::kBc1 ? "bc3 or bc7" : "rgba8"));
-    if (request.channel == ChannelType::kColor && source.raster->info().sample_type == SampleType::kUint16 && !request.range)
+    if (request.channel == ChannelType::kColor && info.sample_type == SampleType::kUint16 && !placed[i].layout.value_full_scale &&
+        !request.range)
       ranges.add(path + ": 0 is taken as black and 65535 as white; if the picture comes out dark, give --range LOW,HIGH");
   }
+  shared.append_to(warnings);
   for (Remarks* remarks : {&outside, &resampled, &moved, &clear, &ranges}) remarks->append_to(warnings);
 }
 

@@ -25,7 +25,24 @@ class Remarks {
   std::vector<std::string> texts_;
 };
 
-// What should be known about sources before a long build: which are left out, moved, resampled, or may come out dark.
+// A remark that is the same for every file that it is about: said once, with the first file's name and how many more there are.
+class SharedRemarks {
+ public:
+  // `text` goes on after the names: "holds ...".
+  void add(const std::string& text, const std::string& path);
+  void append_to(std::vector<std::string>& warnings) const;
+
+ private:
+  struct Files {
+    std::string text;
+    std::string first;
+    std::size_t count = 0;
+  };
+  std::vector<Files> remarks_;  // in the order of their first files
+};
+
+// What should be known about sources before a long build: which are left out, moved, resampled, or may come out dark; what the files
+// declare of their numbers and how that is taken, and what they hold that is not used.
 void remark_on(const LayerRequest& request, resample::Method resampling, const geo::Crs& crs, const std::vector<OpenSource>& sources,
                const std::vector<resample::PlacedSource>& placed, std::vector<std::string>& warnings);
 

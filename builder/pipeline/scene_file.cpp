@@ -60,8 +60,13 @@ Result<std::vector<SourceRequest>> sources_from(const json& value, const std::fi
       const json& e = value["extent"];
       source.extent = Area{e[0].get<double>(), e[1].get<double>(), e[2].get<double>(), e[3].get<double>()};
     }
-    if (value.contains("nodata")) source.nodata = value["nodata"].get<double>();
+    if (value.contains("nodata"))
+      source.nodata = value["nodata"].is_array() ? value["nodata"].get<std::vector<double>>() : std::vector{value["nodata"].get<double>()};
     if (value.contains("bands")) source.bands = value["bands"].get<std::vector<int>>();
+    if (value.contains("alpha")) {
+      VT_ASSIGN(source.coverage,
+                coverage_choice_from(value["alpha"].is_string() ? value["alpha"].get<std::string>() : value["alpha"].dump()));
+    }
   }
   auto files = expand_input(input, folder);
   if (!files) return fail(files.error().code, where + ": " + files.error().message);

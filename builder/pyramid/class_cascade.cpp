@@ -1,7 +1,10 @@
 #include "builder/pyramid/class_cascade.h"
 
 #include <algorithm>
+#include <array>
 #include <cassert>
+#include <cmath>
+#include <cstdio>
 #include <string>
 
 #include "builder/pyramid/class_carry.h"
@@ -80,6 +83,7 @@ void ClassCascade::check_classes(const PlaneRow& row, std::int64_t y, bool& opaq
   const auto no_data = static_cast<float>(classes_.no_data);
   const auto is_wrong = [&](std::int64_t i) {
     return (static_cast<int>(!(classes[i] >= 0.0F)) | static_cast<int>(!(classes[i] <= greatest)) |
+            static_cast<int>(classes[i] != static_cast<float>(static_cast<std::int32_t>(std::clamp(classes[i], -1.0F, 65536.0F)))) |
             (static_cast<int>(classes[i] == no_data) & static_cast<int>(weights[i] > 0.0F))) != 0;
   };
   int wrong = 0;
@@ -88,9 +92,14 @@ void ClassCascade::check_classes(const PlaneRow& row, std::int64_t y, bool& opaq
   std::int64_t at = 0;
   while (!is_wrong(at)) ++at;
   if (status_) {
-    std::string message = "texel " + std::to_string(level(0).active.x + at) + ", " + std::to_string(y) + " of the finest level is class " +
-                          std::to_string(static_cast<std::int64_t>(classes[at]));
-    if (classes[at] == no_data) {
+    const bool is_whole = classes[at] == std::trunc(classes[at]);
+    std::array<char, 32> number{};
+    std::snprintf(number.data(), number.size(), "%.9g", static_cast<double>(classes[at]));
+    std::string message =
+        "texel " + std::to_string(level(0).active.x + at) + ", " + std::to_string(y) + " of the finest level is class " + number.data();
+    if (!is_whole) {
+      message += ", but classes are whole numbers; is this a raster of classes, and has it been resampled by its nearest samples?";
+    } else if (classes[at] == no_data) {
       message += ", which stands for no data in this layer; give it as the source's no-data value, or choose another with no-data-class";
     } else {
       message += "; this layer holds classes 0 to " + std::to_string(classes_.greatest);

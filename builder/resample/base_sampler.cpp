@@ -52,8 +52,7 @@ bool BaseSampler::can_assemble(const TexelRect& rect, const std::vector<Part>& p
   if (parts.empty()) return false;
   const PlacedSource& first = *parts.front().source;
   const auto fits = [&](const Part& part) {
-    return part.source->is_aligned && same_layout(part.source->layout, first.layout) &&
-           (!part.lies_over_another || part.source->is_opaque());
+    return part.source->is_aligned && part.source->layout == first.layout && (!part.lies_over_another || part.source->is_opaque());
   };
   if (!std::ranges::all_of(parts, fits)) return false;
   std::vector<TexelRect> rects;

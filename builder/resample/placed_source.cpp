@@ -34,9 +34,28 @@ void add_layout(const channels::SampleLayout& layout, Mark& mark) {
   mark.add(std::int64_t{layout.value_bands});
   mark.add(std::int64_t{layout.has_alpha ? 1 : 0});
   mark.add(std::int64_t{layout.nodata ? 1 : 0});
-  mark.add(layout.nodata.value_or(0.0));
+  mark.add(layout.nodata ? layout.nodata->of(0) : 0.0);
   mark.add(std::int64_t{layout.range ? 1 : 0});
   for (const double edge : layout.range.value_or(std::array<double, 2>{})) mark.add(edge);
+  // What most layouts do not have leaves their marks as they always were.
+  const auto add_if = [&](const char* name, const std::optional<double>& value) {
+    if (!value) return;
+    mark.add(std::string(name));
+    mark.add(*value);
+  };
+  const bool has_fraction = layout.nodata && layout.nodata->of(0) != std::trunc(layout.nodata->of(0));
+  if (has_fraction && !is_floating_point(layout.type)) mark.add(std::string("nodata without its fraction"));
+  if (layout.nodata && is_floating_point(layout.type)) mark.add(std::string("nodata within a few steps of a float"));
+  if (layout.nodata && layout.nodata->values().size() > 1)
+    for (const double value : layout.nodata->values()) add_if("nodata", value);
+  add_if("full value", layout.value_full_scale);
+  add_if("full alpha", layout.alpha_full_scale);
+  add_if("scale", layout.scale);
+  add_if("offset", layout.offset);
+  if (!layout.unit.empty()) {
+    mark.add(std::string("unit"));
+    mark.add(layout.unit);
+  }
 }
 
 // What a window of a compressed file adds are the blocks that it touches: only together with its place do they say which samples are meant.
@@ -70,14 +89,6 @@ Result<void> PlacedSource::read(const source::Window& window, std::span<std::byt
 Result<void> PlacedSource::hash(const source::Window& window, store::ContentHasher& content) const {
   add_window(window, content);
   return raster->hash(window, bands, content);
-}
-
-bool same_layout(const channels::SampleLayout& a, const channels::SampleLayout& b) {
-  const auto same_nodata = [](const std::optional<double>& x, const std::optional<double>& y) {
-    return x == y || (x && y && std::isnan(*x) && std::isnan(*y));
-  };
-  return a.type == b.type && a.value_bands == b.value_bands && a.has_alpha == b.has_alpha && same_nodata(a.nodata, b.nodata) &&
-         a.range == b.range;
 }
 
 void add_mark(const PlacedSource& source, const TexelRect& part, const TexelRect& rect, store::ContentHasher& content) {

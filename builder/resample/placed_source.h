@@ -57,8 +57,6 @@ struct PlacedSource {
   [[nodiscard]] Result<void> hash(const source::Window& window, store::ContentHasher& content) const;
 };
 
-[[nodiscard]] bool same_layout(const channels::SampleLayout& a, const channels::SampleLayout& b);
-
 // All that turns the samples under `part` into texels and is not the samples themselves: the layout, and how the source lies relative to
 // `rect`. Neither the source's name nor its place in a list, so that what is added elsewhere changes nothing here.
 void add_mark(const PlacedSource& source, const TexelRect& part, const TexelRect& rect, store::ContentHasher& content);

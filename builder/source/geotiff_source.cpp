@@ -8,6 +8,9 @@
 #include <optional>
 
 #include "builder/source/cell_store.h"
+#include "builder/source/gdal_metadata.h"
+#include "builder/source/masked_source.h"
+#include "builder/source/piece_hash.h"
 #include "builder/source/source_common.h"
 #include "builder/source/tiff_decoder.h"
 #include "builder/source/tiff_layout.h"
@@ -15,7 +18,6 @@
 namespace vt::source {
 namespace {
 
-constexpr int kMaxDirectories = 1024;
 constexpr std::int64_t kBytesAtOnce = std::int64_t{1} << 20;  // of one direct read
 
 // From which band of a plane to which place in the output's sample.
@@ -77,7 +79,7 @@ struct PlanePicks {
 std::vector<PlanePicks> picks_by_plane(const TiffLayout& layout, std::span<const int> bands) {
   std::vector<PlanePicks> planes;
   for (std::size_t i = 0; i < bands.size(); ++i) {
-    if (bands[i] >= layout.bands) continue;  // the mask's band
+    if (bands[i] == kLeaveAlone) continue;
     const int plane = layout.planar_separate ? bands[i] : 0;
     auto found = std::ranges::find(planes, plane, &PlanePicks::plane);
     if (found == planes.end()) {
@@ -93,45 +95,11 @@ std::vector<PlanePicks> picks_by_plane(const TiffLayout& layout, std::span<const
   return planes;
 }
 
-// A mask may have one bit for every band; only a sample that all of them admit is covered.
-template <class T>
-void put_mask(const std::byte* in, int mask_bands, std::int64_t count, std::byte* out, std::size_t stride) {
-  for (std::int64_t i = 0; i < count; ++i, in += mask_bands, out += stride) {
-    const bool covered = std::none_of(in, in + mask_bands, [](std::byte bit) { return bit == std::byte{0}; });
-    const T value = static_cast<T>(covered ? 255 : 0);
-    std::memcpy(out, &value, sizeof value);
-  }
-}
-
-void put_mask_row(SampleType type, const std::byte* in, int mask_bands, std::int64_t count, std::byte* out, std::size_t stride) {
-  switch (type) {
-    case SampleType::kUint8:
-    case SampleType::kInt8:
-      put_mask<std::uint8_t>(in, mask_bands, count, out, stride);
-      break;
-    case SampleType::kUint16:
-    case SampleType::kInt16:
-      put_mask<std::uint16_t>(in, mask_bands, count, out, stride);
-      break;
-    case SampleType::kUint32:
-    case SampleType::kInt32:
-      put_mask<std::uint32_t>(in, mask_bands, count, out, stride);
-      break;
-    case SampleType::kFloat32:
-      put_mask<float>(in, mask_bands, count, out, stride);
-      break;
-    case SampleType::kFloat64:
-      put_mask<double>(in, mask_bands, count, out, stride);
-      break;
-  }
-}
-
 class GeoTiffSource final : public RasterSource {
  public:
-  GeoTiffSource(RasterInfo info, std::unique_ptr<TiffDecoder> image, std::unique_ptr<TiffDecoder> mask,
-                const std::shared_ptr<BlockCache>& cache, const std::shared_ptr<ScratchFile>& scratch)
-      : image_(std::move(image)), mask_(std::move(mask)), image_cells_(*image_, cache, image_->is_direct() ? nullptr : scratch) {
-    if (mask_) mask_cells_.emplace(*mask_, cache, scratch);
+  GeoTiffSource(RasterInfo info, std::unique_ptr<TiffDecoder> image, const std::shared_ptr<BlockCache>& cache,
+                const std::shared_ptr<ScratchFile>& scratch)
+      : image_(std::move(image)), image_cells_(*image_, cache, image_->is_direct() ? nullptr : scratch) {
     info_ = std::move(info);
   }
 
@@ -148,10 +116,7 @@ class GeoTiffSource final : public RasterSource {
         if (content != nullptr) VT_CHECK(hash_pieces(*image_, image_cells_, plane.plane, window, *content));
       }
     }
-    for (std::size_t i = 0; mask_ && i < bands.size(); ++i) {
-      if (bands[i] == image_->layout().bands) VT_CHECK(read_mask(i, bands.size(), window, out, row_pitch_bytes));
-    }
-    return content != nullptr ? hash_mask(window, bands, *content) : Result<void>();
+    return {};
   }
 
   Result<void> hash(const Window& window, std::span<const int> bands, store::ContentHasher& content) const override {
@@ -161,46 +126,18 @@ class GeoTiffSource final : public RasterSource {
       VT_CHECK(image_->is_direct() ? hash_plane_direct(plane, window, content)
                                    : hash_pieces(*image_, image_cells_, plane.plane, window, content));
     }
-    return hash_mask(window, bands, content);
-  }
-
-  void release_rows_before(std::int64_t row) const override {
-    image_cells_.release_rows_before(row);
-    if (mask_cells_) mask_cells_->release_rows_before(row);
-  }
-
-  std::size_t resident_bytes() const override {
-    // Image and mask are read one after the other.
-    const std::size_t image = image_->resident_bytes() + (image_->is_direct() ? kBytesAtOnce : image_cells_.resident_bytes());
-    return mask_ ? std::max(image, mask_->resident_bytes() + mask_cells_->resident_bytes()) : image;
-  }
-
-  std::uint64_t decoded_bytes() const override { return image_->decoded_bytes() + (mask_ ? mask_->decoded_bytes() : 0); }
-
- private:
-  // The hashes of the stored pieces that the window touches, row by row.
-  static Result<void> hash_pieces(const TiffDecoder& decoder, const CellStore& cells, int plane, const Window& window,
-                                  store::ContentHasher& content) {
-    const CellGrid& grid = decoder.grid();
-    const std::int64_t last_x = (window.x + window.width - 1) / grid.block_width;
-    const std::int64_t first_cell = grid.cell_of_row(window.y);
-    const std::int64_t last_cell = grid.cell_of_row(window.y + window.height - 1);
-    for (std::int64_t cell_y = decoder.first_cell_of_piece(first_cell); cell_y <= last_cell; cell_y += decoder.cells_per_piece()) {
-      for (std::int64_t cell_x = window.x / grid.block_width; cell_x <= last_x; ++cell_x) {
-        VT_ASSIGN(const store::ContentHash hash,
-                  cells.cache().hash(cells.key(cell_x, cell_y, plane), [&] { return decoder.hash_piece(cell_x, cell_y, plane); }));
-        content.add(hash.bytes);
-      }
-    }
     return {};
   }
 
-  Result<void> hash_mask(const Window& window, std::span<const int> bands, store::ContentHasher& content) const {
-    if (!mask_ || std::ranges::find(bands, image_->layout().bands) == bands.end()) return {};
-    content.add(mask_->fingerprint().bytes);
-    return hash_pieces(*mask_, *mask_cells_, 0, window, content);
+  void release_rows_before(std::int64_t row) const override { image_cells_.release_rows_before(row); }
+
+  std::size_t resident_bytes() const override {
+    return image_->resident_bytes() + (image_->is_direct() ? kBytesAtOnce : image_cells_.resident_bytes());
   }
 
+  std::uint64_t decoded_bytes() const override { return image_->decoded_bytes(); }
+
+ private:
   Result<void> read_plane(const PlanePicks& plane, const Window& window, std::span<std::byte> out, std::size_t pitch) const {
     const std::size_t out_stride = plane.bytes * static_cast<std::size_t>(plane.out_bands);
     const bool all_bands = static_cast<int>(plane.picks.size()) == plane.plane_bands;
@@ -274,50 +211,24 @@ class GeoTiffSource final : public RasterSource {
     });
   }
 
-  Result<void> read_mask(std::size_t out_band, std::size_t out_bands, const Window& window, std::span<std::byte> out,
-                         std::size_t pitch) const {
-    const std::size_t bytes = sample_bytes(info_.sample_type);
-    const std::size_t stride = bytes * out_bands;
-    return mask_cells_->visit(0, false, window, [&](const std::byte* in, std::int64_t in_pitch, const Window& part) {
-      std::byte* target = out.data() + static_cast<std::size_t>(part.y - window.y) * pitch +
-                          static_cast<std::size_t>(part.x - window.x) * stride + out_band * bytes;
-      for (std::int64_t r = 0; r < part.height; ++r) {
-        put_mask_row(info_.sample_type, in + r * in_pitch, mask_->layout().bands, part.width, target + static_cast<std::size_t>(r) * pitch,
-                     stride);
-      }
-    });
-  }
-
   std::unique_ptr<TiffDecoder> image_;
-  std::unique_ptr<TiffDecoder> mask_;
   CellStore image_cells_;
-  std::optional<CellStore> mask_cells_;
 };
 
-// The transparency mask of the full-size image, when there is one among the later directories. Damage behind the first directory is not
-// ours to judge.
-Result<std::unique_ptr<TiffDecoder>> find_mask(const std::shared_ptr<const FileBytes>& file, const TiffLayout& image,
-                                               const BlockCache& cache) {
-  VT_ASSIGN(const auto handle_owner, TiffHandle::open(file));
-  TiffHandle& handle = *handle_owner;
-  for (int directory = 1; directory < kMaxDirectories && TIFFReadDirectory(handle.get()) == 1; ++directory) {
-    std::uint32_t type = 0;
-    TIFFGetField(handle.get(), TIFFTAG_SUBFILETYPE, &type);
-    if ((type & FILETYPE_MASK) == 0 || (type & FILETYPE_REDUCEDIMAGE) != 0) continue;
-    VT_ASSIGN(const TiffTags tags, TiffTags::read(file, TIFFCurrentDirOffset(handle.get())));
-    VT_ASSIGN(TiffLayout layout, read_tiff_layout(handle, tags, file->path().string() + " (mask)", false));
-    if (layout.width != image.width || layout.height != image.height) continue;
-    if (layout.sample_type != SampleType::kUint8 || layout.planar_separate) {
-      return fail(ErrorCode::kUnsupported,
-                  fmt::format("{}: a transparency mask of {} bands and {} bits", file->path().string(), layout.bands, layout.bits));
+// What the GeoKeys say about heights is said of every band that does not say it itself: which band holds heights is the user's choice.
+void apply_heights(const TiffPlace& place, RasterInfo& info) {
+  if (!place.keys.vertical) return;
+  const geo::VerticalMeaning& vertical = *place.keys.vertical;
+  for (BandMeaning& band : info.meaning) {
+    if (band.unit.empty() && vertical.metres_per_unit) band.unit = fmt::format("{} m", *vertical.metres_per_unit);
+    band.counts_down = vertical.counts_down;
+    if (!band.scale && !band.offset) {
+      band.scale = place.height_scale;
+      band.offset = place.height_offset;
     }
-    layout.invert = false;
-    layout.fill.reset();
-    VT_ASSIGN(auto at_mask, TiffHandle::open(file, static_cast<std::uint16_t>(directory)));
-    return TiffDecoder::create(std::move(at_mask), file, static_cast<std::uint16_t>(directory), std::move(layout), decode_fingerprint(tags),
-                               cache);
   }
-  return std::unique_ptr<TiffDecoder>();
+  if (!vertical.name.empty())
+    info.unused.push_back({.what = fmt::format("the vertical datum {}", vertical.name), .concern = Concern::kHeights});
 }
 
 }  // namespace
@@ -327,18 +238,21 @@ Result<std::unique_ptr<RasterSource>> open_geotiff(std::shared_ptr<const FileByt
   const std::shared_ptr<BlockCache> cache = cache_of(options);
   VT_ASSIGN(auto handle, TiffHandle::open(file));
   VT_ASSIGN(const TiffTags tags, TiffTags::read(file, TIFFCurrentDirOffset(handle->get())));
-  VT_ASSIGN(TiffLayout layout, read_tiff_layout(*handle, tags, name, !options.palette_indices));
-  TiffPlace place = read_tiff_place(tags);
-
   RasterInfo info;
   info.path = file->path();
+  VT_ASSIGN(const DeclaredMetadata beside, read_aux_xml(info));
+  VT_ASSIGN(TiffLayout layout, read_tiff_layout(*handle, tags, name, options, beside));
+  VT_ASSIGN(TiffPlace place, read_tiff_place(tags));
+  VT_ASSIGN(const store::ContentHash fingerprint, decode_fingerprint(tags));
+
   info.width = layout.width;
   info.height = layout.height;
   info.bands = layout.bands;
   info.sample_type = layout.sample_type;
+  info.meaning = layout.meaning;
   info.alpha_band = layout.alpha_band;
   info.alpha_is_straightened = layout.alpha_is_associated;
-  info.nodata = layout.nodata;
+  info.unused.insert(info.unused.end(), layout.unused.begin(), layout.unused.end());
   info.block_width = layout.block_width;
   info.block_height = layout.block_height;
   info.tiled = layout.tiled;
@@ -349,18 +263,22 @@ Result<std::unique_ptr<RasterSource>> open_geotiff(std::shared_ptr<const FileByt
     info.transform = *place.transform;
     info.has_transform = true;
   }
+  apply_heights(place, info);
   VT_CHECK(apply_options(options, info));
 
   std::unique_ptr<TiffDecoder> mask;
+  int pages = 0;
   if (TIFFLastDirectory(handle->get()) == 0) {
-    VT_ASSIGN(mask, find_mask(file, layout, *cache));
+    VT_ASSIGN(mask, find_mask_inside(file, info, *cache, pages));
   }
-  if (mask) {
-    info.alpha_band = info.bands;
-    ++info.bands;
+  if (pages > 0)
+    info.unused.push_back({.what = pages == 1 ? "a second picture in the file" : fmt::format("{} further pictures in the file", pages)});
+  if (!mask) {
+    VT_ASSIGN(mask, find_mask_beside(info, options, *cache));
   }
-  VT_ASSIGN(auto image, TiffDecoder::create(std::move(handle), file, 0, std::move(layout), decode_fingerprint(tags), *cache));
-  return std::make_unique<GeoTiffSource>(std::move(info), std::move(image), std::move(mask), cache, options.scratch);
+  VT_ASSIGN(auto image, TiffDecoder::create(std::move(handle), file, 0, std::move(layout), fingerprint, *cache));
+  std::unique_ptr<RasterSource> source = std::make_unique<GeoTiffSource>(std::move(info), std::move(image), cache, options.scratch);
+  return mask ? with_mask(std::move(source), std::move(mask), cache, options.scratch) : std::move(source);
 }
 
 }  // namespace vt::source

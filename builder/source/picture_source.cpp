@@ -11,6 +11,8 @@
 
 #include "builder/source/cell_store.h"
 #include "builder/source/file_bytes.h"
+#include "builder/source/gdal_metadata.h"
+#include "builder/source/masked_source.h"
 #include "builder/source/picture_module.h"
 #include "builder/source/source_common.h"
 
@@ -102,12 +104,19 @@ Result<std::unique_ptr<Input>> open_input(const FileBytes& file) {
   return input;
 }
 
-// OpenImageIO 2.4 forgets to swap the bytes of 16-bit samples when a PNG is interlaced: wrong values without any error.
-Result<bool> is_wide_interlaced_png(const FileBytes& file) {
+// What a PNG's header says of its samples; empty for other files.
+struct PngHeader {
+  int bits = 8;
+  bool has_palette = false;
+  bool is_interlaced = false;
+};
+Result<std::optional<PngHeader>> read_png_header(const FileBytes& file) {
   std::array<std::byte, 29> head{};
   VT_ASSIGN(const std::size_t got, file.read_some(0, head));
   const auto code = [&](std::size_t at) { return std::to_integer<int>(head[at]); };
-  return got == head.size() && code(0) == 0x89 && code(1) == 'P' && code(2) == 'N' && code(3) == 'G' && code(24) == 16 && code(28) == 1;
+  const bool is_png = got == head.size() && code(0) == 0x89 && code(1) == 'P' && code(2) == 'N' && code(3) == 'G';
+  if (!is_png) return std::optional<PngHeader>{};
+  return std::optional(PngHeader{.bits = code(24), .has_palette = code(25) == 3, .is_interlaced = code(28) == 1});
 }
 
 Result<store::ContentHash> hash_file(const FileBytes& file) {
@@ -232,7 +241,7 @@ class PictureSource final : public RasterSource {
                         static_cast<std::size_t>(part.x - window.x) * out_stride;
         for (std::int64_t x = 0; x < part.width; ++x, from += in_stride) {
           for (const int wanted : bands) {
-            std::memcpy(to, from + static_cast<std::size_t>(wanted) * bytes, bytes);
+            if (wanted != kLeaveAlone) std::memcpy(to, from + static_cast<std::size_t>(wanted) * bytes, bytes);
             to += bytes;
           }
         }
@@ -278,6 +287,24 @@ CellGrid grid_of(const OIIO::ImageSpec& spec, const RasterInfo& info, bool is_ra
   return grid;
 }
 
+// Channel names say what they are: OpenImageIO orders those of OpenEXR as red, green, blue, alpha, and names the bands of other formats.
+std::vector<BandMeaning> meaning_of(const OIIO::ImageSpec& spec, const RasterInfo& info) {
+  struct Row {
+    std::string_view name;
+    BandRole role;
+  };
+  constexpr std::array<Row, 5> kRoles{
+      {{"R", BandRole::kRed}, {"G", BandRole::kGreen}, {"B", BandRole::kBlue}, {"Y", BandRole::kGrey}, {"I", BandRole::kGrey}}};
+  std::vector<BandMeaning> meaning(static_cast<std::size_t>(info.bands));
+  for (std::size_t b = 0; b < meaning.size(); ++b) {
+    meaning[b].full_scale = full_scale(info.sample_type);
+    const auto* const row = std::ranges::find(kRoles, std::string_view(spec.channelnames[b]), &Row::name);
+    if (row != kRoles.end()) meaning[b].role = row->role;
+    if (static_cast<int>(b) == info.alpha_band) meaning[b].role = BandRole::kCoverage;
+  }
+  return meaning;
+}
+
 Result<std::unique_ptr<RasterSource>> read_picture(std::shared_ptr<const FileBytes> file, const OpenOptions& options) {
   const std::filesystem::path path = file->path();
   VT_ASSIGN(std::unique_ptr<Input> input, open_input(*file));
@@ -285,8 +312,16 @@ Result<std::unique_ptr<RasterSource>> read_picture(std::shared_ptr<const FileByt
   const auto unsupported = [&](const std::string& what) {
     return fail(ErrorCode::kUnsupported, fmt::format("{} ({}): {}", path.string(), input->decoder->format_name(), what));
   };
-  VT_ASSIGN(const bool is_misread, is_wide_interlaced_png(*file));
-  if (is_misread) return unsupported("a 16-bit PNG that is interlaced is not decoded reliably; save it without interlacing");
+  VT_ASSIGN(const std::optional<PngHeader> png, read_png_header(*file));
+  // OpenImageIO 2.4 forgets to swap the bytes of 16-bit samples when a PNG is interlaced: wrong values without any error.
+  if (png && png->bits == 16 && png->is_interlaced)
+    return unsupported("a 16-bit PNG that is interlaced is not decoded reliably; save it without interlacing");
+  // It also expands palettes to colours and codes of fewer than 8 bits to 8.
+  if (png && options.as_numbers && (png->has_palette || png->bits < 8))
+    return unsupported(
+        fmt::format("its samples are {}, and this layer wants the numbers themselves, which PNG decoding does not give; "
+                    "convert it, for example with gdal_translate {} numbers.tif",
+                    png->has_palette ? "indices into a palette" : fmt::format("codes of {} bits", png->bits), path.filename().string()));
   if (spec.deep || spec.depth > 1) return unsupported("deep and volume pictures are not read");
   if (spec.width < 1 || spec.height < 1 || spec.nchannels < 1) {
     return fail(ErrorCode::kInvalidData,
@@ -303,8 +338,13 @@ Result<std::unique_ptr<RasterSource>> read_picture(std::shared_ptr<const FileByt
   info.bands = spec.nchannels;
   info.sample_type = *type;
   info.alpha_band = spec.alpha_channel >= 0 && spec.alpha_channel < spec.nchannels ? spec.alpha_channel : -1;
+  info.meaning = meaning_of(spec, info);
   info.tiled = spec.tile_width > 0 && spec.tile_height > 0;
   info.compression = spec.get_string_attribute("compression", input->decoder->format_name());
+  VT_ASSIGN(const DeclaredMetadata beside, read_aux_xml(info));
+  apply_declared(beside, info);
+  for (BandMeaning& band : info.meaning)
+    if (options.nodata) band.nodata = options.nodata;
   const std::shared_ptr<BlockCache> cache = cache_of(options);
   const CellGrid grid = grid_of(spec, info, std::string_view(input->decoder->format_name()) == "openexr", *cache);
   info.block_width = grid.block_width;
@@ -317,8 +357,10 @@ Result<std::unique_ptr<RasterSource>> read_picture(std::shared_ptr<const FileByt
   info.alpha_is_straightened = associated;
   const PictureDecoder::Samples samples{
       .type = info.sample_type, .bands = info.bands, .tiled = info.tiled, .straighten_by = associated ? info.alpha_band : -1};
+  VT_ASSIGN(std::unique_ptr<TiffDecoder> mask, find_mask_beside(info, options, *cache));
   auto decoder = std::make_unique<PictureDecoder>(std::move(file), std::move(input), grid, samples);
-  return std::make_unique<PictureSource>(std::move(info), std::move(decoder), cache, options.scratch);
+  std::unique_ptr<RasterSource> source = std::make_unique<PictureSource>(std::move(info), std::move(decoder), cache, options.scratch);
+  return mask ? with_mask(std::move(source), std::move(mask), cache, options.scratch) : std::move(source);
 }
 
 }  // namespace

@@ -14,6 +14,7 @@
 
 #include "builder/geo/crs.h"
 #include "builder/geo/geo_transform.h"
+#include "builder/source/band_meaning.h"
 #include "store/content_hash.h"
 #include "store/result.h"
 #include "store/sample_type.h"
@@ -25,16 +26,26 @@ class BlockCache;   // block_cache.h
 class FilePool;     // file_pool.h
 class ScratchFile;  // scratch_file.h
 
+// Something that a file holds, that could change what its samples mean or where they lie, and that is not used.
+enum class Concern : std::uint8_t { kAll, kColor, kHeights };  // the layers to which it would make a difference
+struct UnusedFact {
+  std::string what;  // "an ICC profile (tag 34675)"
+  Concern concern = Concern::kAll;
+};
+
 struct RasterInfo {
   std::filesystem::path path;
   std::int64_t width = 0;
   std::int64_t height = 0;
-  int bands = 0;  // an internal mask directory counts as one more band, the last, 0 or 255
+  int bands = 0;  // a mask, inside the file or beside it, counts as one more band, the last
   SampleType sample_type = SampleType::kUint8;
+  std::vector<BandMeaning> meaning;    // of each band
   int alpha_band = -1;                 // index of the coverage band (declared alpha, or the mask); -1: none
+  bool alpha_is_mask = false;          // it is a mask: no band of the raster itself
   bool alpha_is_straightened = false;  // the file's colours are multiplied by their coverage; what read() gives are not
-  std::optional<double> nodata;        // as declared by the file
-  geo::GeoTransform transform;         // meaningful when `has_transform`
+  std::vector<UnusedFact> unused;
+  std::vector<std::filesystem::path> companions;  // other files that were read because they belong to this one: NAME.msk, NAME.aux.xml
+  geo::GeoTransform transform;                    // meaningful when `has_transform`
   bool has_transform = false;
   std::optional<geo::Crs> crs;
   std::string crs_problem;       // why `crs` is empty although the file tried to declare one
@@ -53,20 +64,22 @@ struct Window {
   std::int64_t height = 0;
 };
 
+inline constexpr int kLeaveAlone = -1;  // in place of a band
+
 class RasterSource {
  public:
   virtual ~RasterSource() = default;
   [[nodiscard]] const RasterInfo& info() const { return info_; }
 
-  // Reads `window`, which lies inside the raster, of the given bands (indices into 0..bands-1, any order) into `out`: rows top to bottom,
-  // bands interleaved per sample, native byte order, `row_pitch_bytes` from row to row (at least width * bands.size() * sample bytes). Any
-  // number of threads at once. Resident memory: a bounded number of decoded blocks, never the image, never a memory map. kCorrupt or kIo:
-  // message names file, row and column. Short or damaged files are errors, never zeros.
+  // Reads `window`, which lies inside the raster, of the given bands (indices into 0..bands-1, any order; kLeaveAlone leaves its place in
+  // `out` as it is) into `out`: rows top to bottom, bands interleaved per sample, native byte order, `row_pitch_bytes` from row to row (at
+  // least width * bands.size() * sample bytes). Any number of threads at once. Resident memory: a bounded number of decoded blocks, never
+  // the image, never a memory map. kCorrupt or kIo: message names file, row and column. Short or damaged files are errors, never zeros.
   //
   // `content`, when given, is fed with what the file stores for this window: enough that two equal feeds for the same window and bands mean
   // equal samples. Uncompressed files give the samples themselves, so that only the window counts; of compressed files every block that
   // the window touches counts whole; a file that is known as one stream only (PNG, JPEG) counts whole. What the caller gave (nodata,
-  // extent, palette_indices) is not part of it.
+  // extent, what the samples are for) is not part of it.
   [[nodiscard]] virtual Result<void> read(const Window& window, std::span<const int> bands, std::span<std::byte> out,
                                           std::size_t row_pitch_bytes, store::ContentHasher* content) const = 0;
   [[nodiscard]] Result<void> read(const Window& window, std::span<const int> bands, std::span<std::byte> out,
@@ -93,9 +106,11 @@ struct OpenOptions {
   // Replace what the file says (or supply it where the file says nothing).
   std::optional<geo::Crs> crs;
   std::optional<Area> extent;  // outer edges in CRS units
+  // The stored code that means "no data", whatever the file declares: of palettes an index.
   std::optional<double> nodata;
-  bool palette_indices =
-      false;  // class rasters: keep a palette's indices (1 band) instead of expanding them to RGB (with alpha where nodata is declared)
+  // Off: samples are colours, so palettes are expanded (to RGB, with alpha where some entries are clear) and MinIsWhite is inverted.
+  // On: samples are numbers (heights, classes) and are given as they are stored; pictures whose decoder cannot do that are refused.
+  bool as_numbers = false;
   // Decoded blocks kept, by all sources that are given the same cache. Without one the source makes its own of `cache_bytes`.
   std::shared_ptr<BlockCache> cache;
   std::size_t cache_bytes = std::size_t{32} << 20;

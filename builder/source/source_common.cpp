@@ -65,7 +65,6 @@ std::shared_ptr<BlockCache> cache_of(const OpenOptions& options) {
 }
 
 Result<void> apply_options(const OpenOptions& options, RasterInfo& info) {
-  if (options.nodata) info.nodata = options.nodata;
   if (options.crs) {
     info.crs = options.crs;
     info.crs_problem.clear();
@@ -103,7 +102,7 @@ Result<void> check_window(const RasterInfo& info, const Window& window, std::spa
                                                window.y, window.width, window.height, info.width, info.height));
   }
   for (const int band : bands) {
-    if (band < 0 || band >= info.bands) {
+    if (band != kLeaveAlone && (band < 0 || band >= info.bands)) {
       return fail(ErrorCode::kUsage, fmt::format("{}: band {} of {}", info.path.string(), band, info.bands));
     }
   }

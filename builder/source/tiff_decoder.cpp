@@ -49,11 +49,15 @@ float widen_float(std::uint32_t code, int exponent_bits, int mantissa_bits) {
   return negative ? -magnitude : magnitude;
 }
 
+// All bands of interleaved samples but `kept`, which may be -1.
 template <class T>
-void invert_codes(std::span<std::byte> bytes, double max_code) {
+void invert_codes(std::span<std::byte> bytes, double max_code, std::size_t bands, int kept) {
   const T max = static_cast<T>(max_code);
-  for (std::size_t i = 0; i + sizeof(T) <= bytes.size(); i += sizeof(T))
-    store(bytes.data() + i, static_cast<T>(max - load<T>(bytes.data() + i)));
+  for (std::size_t i = 0; (i + 1) * sizeof(T) <= bytes.size(); ++i) {
+    if (static_cast<int>(i % bands) == kept) continue;
+    std::byte* const place = bytes.data() + i * sizeof(T);
+    store(place, static_cast<T>(max - load<T>(place)));
+  }
 }
 
 }  // namespace
@@ -349,7 +353,7 @@ Result<Block> TiffDecoder::stored_cell(std::int64_t cell_x, std::int64_t cell_y,
   return as_in_file(std::move(stored));
 }
 
-Block TiffDecoder::converted(Block stored, std::int64_t rows) const {
+Block TiffDecoder::converted(Block stored, std::int64_t rows, int plane) const {
   const int stored_bands = layout_.planar_separate ? 1 : layout_.samples_per_pixel;
   const std::int64_t samples_across = layout_.block_width * stored_bands;
   const SampleType stored_type =
@@ -392,42 +396,55 @@ Block TiffDecoder::converted(Block stored, std::int64_t rows) const {
     }
   }
 
+  // In separate planes, coverage is a plane of its own.
+  const int kept = !layout_.planar_separate ? layout_.alpha_band : layout_.alpha_band == plane ? 0 : -1;
   if (layout_.invert) {
+    const auto bands = static_cast<std::size_t>(stored_bands);
     switch (layout_.sample_type) {
       case SampleType::kUint8:
-        invert_codes<std::uint8_t>(samples, layout_.max_code);
+        invert_codes<std::uint8_t>(samples, layout_.max_code, bands, kept);
         break;
       case SampleType::kUint16:
-        invert_codes<std::uint16_t>(samples, layout_.max_code);
+        invert_codes<std::uint16_t>(samples, layout_.max_code, bands, kept);
         break;
       case SampleType::kUint32:
-        invert_codes<std::uint32_t>(samples, layout_.max_code);
+        invert_codes<std::uint32_t>(samples, layout_.max_code, bands, kept);
         break;
       default:
         break;
     }
   }
-  if (!layout_.palette.empty()) {
-    const std::size_t count = static_cast<std::size_t>(rows * layout_.block_width);
-    const auto bands = static_cast<std::size_t>(layout_.bands);
-    Block colors(count * bands);
-    for (std::size_t i = 0; i < count; ++i) {
-      const std::uint32_t index =
-          stored_bytes == 1 ? std::to_integer<std::uint32_t>(samples[i]) : load<std::uint16_t>(samples.data() + 2 * i);
-      const std::uint32_t color = layout_.palette[index];  // as many entries as there are codes of `bits`
-      std::memcpy(colors.data() + i * bands, &color, bands);
-    }
-    samples = std::move(colors);
-  }
+  if (!layout_.palette.empty()) samples = colors_of(samples, static_cast<std::size_t>(rows * layout_.block_width));
   if (layout_.alpha_is_associated) {
     straighten_alpha(layout_.sample_type, samples, layout_.bands, layout_.alpha_band, layout_.max_code);
   }
   return samples;
 }
 
+Block TiffDecoder::colors_of(const Block& indices, std::size_t count) const {
+  const bool is_wide = layout_.bits > 8;
+  const auto code = [&](std::size_t i) {
+    return is_wide ? load<std::uint16_t>(indices.data() + 2 * i) : std::to_integer<std::uint32_t>(indices[i]);
+  };
+  const auto bands = static_cast<std::size_t>(layout_.bands);
+  const bool has_alpha_band = layout_.samples_per_pixel == 2;
+  const std::size_t step = has_alpha_band ? 2 : 1;
+  Block colors(count * bands);
+  for (std::size_t i = 0; i < count; ++i) {
+    std::uint32_t color = layout_.palette[code(step * i)];  // as many entries as there are codes of `bits`
+    if (has_alpha_band && color >> 24U != 0) {
+      const std::uint32_t full = (std::uint32_t{1} << layout_.bits) - 1;
+      const std::uint32_t alpha = is_wide ? (code(step * i + 1) * 255 + full / 2) / full : code(step * i + 1);
+      color = (color & 0xFFFFFFU) | alpha << 24U;
+    }
+    std::memcpy(colors.data() + i * bands, &color, bands);
+  }
+  return colors;
+}
+
 Result<Block> TiffDecoder::decode_cell(std::int64_t cell_x, std::int64_t cell_y, int plane) const {
   VT_ASSIGN(Block stored, stored_cell(cell_x, cell_y, plane));
-  return converted(std::move(stored), grid_.cell_rows(cell_y));
+  return converted(std::move(stored), grid_.cell_rows(cell_y), plane);
 }
 
 Result<store::ContentHash> TiffDecoder::hash_piece(std::int64_t cell_x, std::int64_t cell_y, int plane) const {

@@ -81,7 +81,8 @@ class TiffDecoder final : public CellDecoder {
   [[nodiscard]] Result<void> decode_stream(const StripStream::Strip& strip, std::int64_t first_row, std::int64_t rows, Block& out) const;
   [[nodiscard]] Block as_in_file(Block stored) const;
   void fill_sparse(std::span<std::byte> out) const;
-  [[nodiscard]] Block converted(Block stored, std::int64_t rows) const;
+  [[nodiscard]] Block converted(Block stored, std::int64_t rows, int plane) const;
+  [[nodiscard]] Block colors_of(const Block& indices, std::size_t count) const;  // of palette indices, with alpha beside them or not
 
   std::shared_ptr<const FileBytes> file_;
   std::string name_;

@@ -17,39 +17,12 @@ namespace {
 constexpr int kMaxBands = 4096;
 constexpr std::int64_t kMaxBlocks = std::int64_t{1} << 31;
 
-std::string_view trimmed(std::string_view text) {
-  const auto is_space = [](char c) { return c == ' ' || c == '\t' || c == '\n' || c == '\r' || c == '\0'; };
-  while (!text.empty() && is_space(text.front())) text.remove_prefix(1);
-  while (!text.empty() && is_space(text.back())) text.remove_suffix(1);
-  return text;
-}
-
-// GDAL_NODATA is text; besides numbers, "nan" and "inf" in the spellings of several C libraries occur.
-std::optional<double> parse_nodata(std::string_view text) {
-  text = trimmed(text);
-  if (text.starts_with('+')) text.remove_prefix(1);
-  if (text.starts_with("-1.#INF")) return -std::numeric_limits<double>::infinity();
-  if (text.starts_with("1.#INF")) return std::numeric_limits<double>::infinity();
-  if (text.starts_with("-1.#") || text.starts_with("1.#")) return std::numeric_limits<double>::quiet_NaN();
-  double value = 0.0;
-  const auto [end, status] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (status == std::errc::result_out_of_range) {  // 1e-400 or 1e400
-    return text.find("e-") != std::string_view::npos ? 0.0
-           : text.starts_with('-')                   ? -std::numeric_limits<double>::infinity()
-                                                     : std::numeric_limits<double>::infinity();
-  }
-  if (status != std::errc{} || end == text.data()) return std::nullopt;
-  return value;
-}
-
 // Files say 3.40282347e+38 and mean the largest float: compare as the samples are.
 double as_float32(double value) {
   constexpr double kMax = std::numeric_limits<float>::max();
   if (!std::isfinite(value)) return value;
   return static_cast<double>(static_cast<float>(std::clamp(value, -kMax, kMax)));
 }
-
-double invert_code(const TiffLayout& layout, double code) { return layout.max_code - code; }
 
 tl::unexpected<Error> unsupported(const std::string& name, std::string what) {
   return fail(ErrorCode::kUnsupported, name + ": " + std::move(what));
@@ -94,7 +67,7 @@ Result<SampleKind> sample_kind(const std::string& name, std::uint16_t format, in
                         bits, format));
 }
 
-// 16-bit colour map entries hold c * 257 or c << 8; a few old writers stored c itself.
+// 16-bit colour map entries hold c * 257 or c << 8; a few old writers stored c itself. The entry that means "no data" is clear.
 Result<std::vector<std::uint32_t>> read_palette(TIFF* tiff, const std::string& name, int bits, std::optional<double> nodata) {
   std::uint16_t* red = nullptr;
   std::uint16_t* green = nullptr;
@@ -138,43 +111,89 @@ Result<void> read_blocks(TIFF* tiff, const std::string& name, TiffLayout& layout
   return {};
 }
 
-// Which band is alpha, and of which kind.
-void read_alpha(TIFF* tiff, TiffLayout& layout) {
+// The stored code of each band that means "no data": what the user gives, else what GDAL notes of the band, else the file's one value.
+class NodataCodes {
+ public:
+  NodataCodes(std::optional<double> given, const DeclaredMetadata& declared, std::optional<double> of_file)
+      : given_(given), declared_(declared), of_file_(of_file) {}
+
+  [[nodiscard]] std::optional<double> of(int band) const {
+    if (given_) return given_;
+    const auto noted = declared_.bands.find(band);
+    return noted != declared_.bands.end() && noted->second.nodata ? noted->second.nodata : of_file_;
+  }
+
+ private:
+  std::optional<double> given_;
+  const DeclaredMetadata& declared_;
+  std::optional<double> of_file_;
+};
+
+// Which stored band is alpha, and of which kind. GDAL's note of a band overrules the tag: it is how one says that the fourth band of an
+// aerial photograph is infrared.
+void read_alpha(TIFF* tiff, const DeclaredMetadata& declared, TiffLayout& layout) {
   std::uint16_t extra_count = 0;
   std::uint16_t* extra = nullptr;
   TIFFGetFieldDefaulted(tiff, TIFFTAG_EXTRASAMPLES, &extra_count, &extra);
-  for (int i = 0; i < extra_count && i < layout.samples_per_pixel; ++i) {
-    if (extra[i] != EXTRASAMPLE_ASSOCALPHA && extra[i] != EXTRASAMPLE_UNASSALPHA) continue;
-    layout.alpha_band = layout.samples_per_pixel - extra_count + i;
-    layout.alpha_is_associated = extra[i] == EXTRASAMPLE_ASSOCALPHA;
-    return;
+  const int first_extra = layout.samples_per_pixel - extra_count;
+  for (int band = 0; band < layout.samples_per_pixel && layout.alpha_band < 0; ++band) {
+    const int kind = band < first_extra || band - first_extra >= extra_count ? EXTRASAMPLE_UNSPECIFIED : extra[band - first_extra];
+    const auto noted = declared.bands.find(band);
+    const bool has_note = noted != declared.bands.end() && !noted->second.role_name.empty();
+    const bool is_alpha = has_note ? role_from_name(noted->second.role_name) == BandRole::kCoverage
+                                   : kind == EXTRASAMPLE_ASSOCALPHA || kind == EXTRASAMPLE_UNASSALPHA;
+    if (!is_alpha) continue;
+    layout.alpha_band = band;
+    layout.alpha_is_associated = kind == EXTRASAMPLE_ASSOCALPHA;
   }
 }
 
-Result<void> read_color(TIFF* tiff, const std::string& name, bool expand_palette, TiffLayout& layout) {
+// Palette indices become colours: red, green, blue, then alpha where some entry or an alpha band can be clear.
+Result<void> expand_palette(TIFF* tiff, const std::string& name, std::optional<double> nodata, TiffLayout& layout) {
+  const bool is_index = layout.sample_type == SampleType::kUint8 || layout.sample_type == SampleType::kUint16;
+  if (!is_index || layout.bits > 16) return unsupported(name, "palette indices that are not unsigned integers of up to 16 bits");
+  const bool has_alpha_band = layout.alpha_band == 1;
+  if (layout.samples_per_pixel > (has_alpha_band ? 2 : 1) || layout.planar_separate)
+    return unsupported(name, fmt::format("a palette picture (PhotometricInterpretation 3) of {} bands{}; wanted its index alone, or index "
+                                         "and alpha interleaved: expand it to RGB, for example with gdal_translate -expand rgba",
+                                         layout.samples_per_pixel, layout.planar_separate ? " in separate planes" : ""));
+  VT_ASSIGN(layout.palette, read_palette(tiff, name, layout.bits, nodata));
+  const bool has_alpha = has_alpha_band || nodata.has_value();
+  layout.sample_type = SampleType::kUint8;
+  layout.bands = has_alpha ? 4 : 3;
+  layout.alpha_band = has_alpha ? 3 : -1;
+  layout.alpha_is_associated = false;  // there is nothing to multiply an index with
+  layout.max_code = 255.0;
+  return {};
+}
+
+Result<void> read_color(TIFF* tiff, const std::string& name, bool as_numbers, const NodataCodes& nodata, TiffLayout& layout) {
   std::uint16_t photometric = PHOTOMETRIC_MINISBLACK;
   TIFFGetField(tiff, TIFFTAG_PHOTOMETRIC, &photometric);
   const bool is_unsigned =
       layout.sample_type == SampleType::kUint8 || layout.sample_type == SampleType::kUint16 || layout.sample_type == SampleType::kUint32;
+  const auto is_first = [](BandRole role) { return BandMeaning{.role = role}; };
   switch (photometric) {
     case PHOTOMETRIC_MINISBLACK:
-    case PHOTOMETRIC_RGB:
     case PHOTOMETRIC_MASK:
+      layout.meaning = {is_first(BandRole::kGrey)};
       break;
     case PHOTOMETRIC_MINISWHITE:
-      layout.invert = is_unsigned;  // for signed numbers and floats the tag is a writer's slip
+      layout.meaning = {is_first(BandRole::kGrey)};
+      layout.invert = is_unsigned && !as_numbers;  // for signed numbers and floats the tag is a writer's slip
+      break;
+    case PHOTOMETRIC_RGB:
+      layout.meaning = {is_first(BandRole::kRed), is_first(BandRole::kGreen), is_first(BandRole::kBlue)};
       break;
     case PHOTOMETRIC_PALETTE: {
-      if (!expand_palette || layout.samples_per_pixel != 1) break;
-      if (!is_unsigned) return unsupported(name, "palette indices that are not unsigned integers");
-      VT_ASSIGN(layout.palette, read_palette(tiff, name, layout.bits, layout.nodata));
-      layout.bands = layout.nodata ? 4 : 3;  // the nodata index has no colour but transparency
-      if (layout.nodata) layout.alpha_band = 3;
-      layout.nodata.reset();
-      layout.sample_type = SampleType::kUint8;
+      layout.meaning = {is_first(BandRole::kIndex)};
+      if (as_numbers) break;
+      VT_CHECK(expand_palette(tiff, name, nodata.of(0), layout));
+      layout.meaning = {is_first(BandRole::kRed), is_first(BandRole::kGreen), is_first(BandRole::kBlue)};
       break;
     }
     case PHOTOMETRIC_YCBCR:
+      layout.meaning = {is_first(BandRole::kRed), is_first(BandRole::kGreen), is_first(BandRole::kBlue)};
       if (layout.compression == COMPRESSION_JPEG) break;  // the JPEG decoder gives RGB
       [[fallthrough]];
     case PHOTOMETRIC_SEPARATED:
@@ -184,6 +203,9 @@ Result<void> read_color(TIFF* tiff, const std::string& name, bool expand_palette
         return unsupported(name, fmt::format("PhotometricInterpretation {} with {} bits: convert the picture to RGB first {}", photometric,
                                              layout.bits, reason.data()));
       }
+      if (layout.alpha_band >= 0)
+        layout.unused.push_back({.what = "the alpha band of a picture that is not RGB", .concern = Concern::kAll});
+      layout.meaning = {is_first(BandRole::kRed), is_first(BandRole::kGreen), is_first(BandRole::kBlue)};
       layout.recipe = SampleRecipe::kLibtiffRgba;
       layout.bands = 3;
       layout.alpha_band = -1;
@@ -197,11 +219,68 @@ Result<void> read_color(TIFF* tiff, const std::string& name, bool expand_palette
   return {};
 }
 
-std::optional<geo::GeoTransform> transform_from_tags(const TiffTags& tags, bool pixel_is_point) {
+// What is known of every band: full scales, roles, no-data values, and what GDAL notes.
+void settle_meaning(const DeclaredMetadata& declared, const NodataCodes& nodata, TiffLayout& layout) {
+  layout.meaning.resize(static_cast<std::size_t>(layout.bands));
+  const bool is_float = layout.sample_type == SampleType::kFloat32 || layout.sample_type == SampleType::kFloat64;
+  const bool is_signed =
+      layout.sample_type == SampleType::kInt8 || layout.sample_type == SampleType::kInt16 || layout.sample_type == SampleType::kInt32;
+  const bool has_own_colors = layout.palette.empty() && layout.recipe != SampleRecipe::kLibtiffRgba;
+  for (std::size_t b = 0; b < layout.meaning.size(); ++b) {
+    BandMeaning& band = layout.meaning[b];
+    band.full_scale = is_float ? 1.0 : is_signed ? std::floor(layout.max_code / 2.0) : layout.max_code;
+    if (has_own_colors) band.nodata = nodata.of(static_cast<int>(b));
+    if (band.nodata && layout.invert) band.nodata = layout.max_code - *band.nodata;
+    const auto noted = declared.bands.find(static_cast<int>(b));
+    if (!has_own_colors || noted == declared.bands.end()) continue;
+    band.scale = noted->second.scale;
+    band.offset = noted->second.offset;
+    band.unit = noted->second.unit;
+    if (!noted->second.role_name.empty()) band.role = role_from_name(noted->second.role_name);
+  }
+  for (std::size_t b = 0; b < layout.meaning.size(); ++b) {
+    if (static_cast<int>(b) == layout.alpha_band) {
+      layout.meaning[b].role = BandRole::kCoverage;
+    } else if (layout.meaning[b].role == BandRole::kCoverage) {
+      layout.meaning[b].role = BandRole::kOther;  // one is enough
+    }
+  }
+  if (layout.alpha_band >= 0 && !layout.palette.empty())
+    layout.meaning[static_cast<std::size_t>(layout.alpha_band)].full_scale =
+        layout.bits < 8 && layout.samples_per_pixel == 2 ? static_cast<double>((1 << layout.bits) - 1) : 255.0;
+}
+
+// Tags that change what colours or places mean and that are not used.
+void note_unused(const TiffTags& tags, TiffLayout& layout) {
+  struct Row {
+    std::uint16_t tag;
+    const char* what;
+    Concern concern;
+  };
+  constexpr std::array kRows = std::to_array<Row>({
+      {TIFFTAG_TRANSFERFUNCTION, "a transfer function (tag 301)", Concern::kColor},
+      {TIFFTAG_WHITEPOINT, "a white point (tag 318)", Concern::kColor},
+      {TIFFTAG_PRIMARYCHROMATICITIES, "primaries (tag 319)", Concern::kColor},
+      {TIFFTAG_ICCPROFILE, "an ICC profile (tag 34675)", Concern::kColor},
+      {kRpcCoefficients, "rational polynomials of a camera (tag 50844)", Concern::kAll},
+  });
+  if (tags.has(TIFFTAG_COLORMAP) && layout.meaning.front().role != BandRole::kIndex && layout.palette.empty())
+    layout.unused.push_back(
+        {.what = "a colour map (tag 320), although it is not declared to be a palette picture", .concern = Concern::kColor});
+  for (const Row& row : kRows)
+    if (tags.has(row.tag)) layout.unused.push_back({.what = row.what, .concern = row.concern});
+}
+
+Result<std::optional<geo::GeoTransform>> transform_from_tags(const TiffTags& tags, bool pixel_is_point, TiffPlace& place) {
   std::optional<geo::GeoTransform> transform;
-  const std::vector<double> scale = tags.numbers(kModelPixelScale);
-  const std::vector<double> tie = tags.numbers(kModelTiepoint);
-  const std::vector<double> matrix = tags.numbers(kModelTransformation);
+  VT_ASSIGN(const std::vector<double> scale, tags.numbers(kModelPixelScale));
+  VT_ASSIGN(const std::vector<double> tie, tags.numbers(kModelTiepoint));
+  VT_ASSIGN(const std::vector<double> matrix, tags.numbers(kModelTransformation));
+  if (place.keys.vertical && scale.size() >= 3 && scale[2] != 0.0 && tie.size() >= 6) {
+    const double offset = tie[5] - tie[2] * scale[2];
+    if (scale[2] != 1.0) place.height_scale = scale[2];
+    if (offset != 0.0) place.height_offset = offset;
+  }
   if (scale.size() >= 2 && scale[0] != 0.0 && scale[1] != 0.0 && tie.size() >= 6) {
     // Rows run south by definition; a negative scale is taken for a writer's slip, as GDAL does.
     const double x_step = scale[0];
@@ -212,14 +291,33 @@ std::optional<geo::GeoTransform> transform_from_tags(const TiffTags& tags, bool 
     transform = geo::GeoTransform{
         .x0 = matrix[3], .x_column = matrix[0], .x_row = matrix[1], .y0 = matrix[7], .y_column = matrix[4], .y_row = matrix[5]};
   }
-  if (!transform) return std::nullopt;
+  if (!transform) return transform;
   const bool finite = std::isfinite(transform->x0) && std::isfinite(transform->y0);
-  if (!finite || !transform->inverse()) return std::nullopt;
+  if (!finite || !transform->inverse()) return std::optional<geo::GeoTransform>{};
   if (pixel_is_point) {  // the tags name the centre of the first sample; we want its outer corner
     transform->x0 -= 0.5 * (transform->x_column + transform->x_row);
     transform->y0 -= 0.5 * (transform->y_column + transform->y_row);
   }
   return transform;
+}
+
+// GDAL's notes of the bands.
+Result<DeclaredMetadata> read_declared(const TiffTags& tags, const std::string& name, TiffLayout& layout) {
+  VT_ASSIGN(const std::string xml, tags.text(kGdalMetadata));
+  auto declared = parse_gdal_metadata(xml);
+  if (!declared) return fail(declared.error().code, fmt::format("{}: GDAL_METADATA (tag 42112): {}", name, declared.error().message));
+  for (const std::string& words : declared->not_read)
+    layout.unused.push_back({.what = words + " in GDAL_METADATA (tag 42112)", .concern = Concern::kAll});
+  return declared;
+}
+
+Result<std::optional<double>> read_nodata(const TiffTags& tags, TiffLayout& layout) {
+  VT_ASSIGN(const std::string text, tags.text(kGdalNodata));
+  std::optional<double> nodata = parse_nodata(text);
+  if (!nodata && text.find_first_not_of(" \t\r\n") != std::string::npos)
+    layout.unused.push_back({.what = "a no-data value that is no number (GDAL_NODATA, tag 42113)", .concern = Concern::kAll});
+  if (nodata && layout.sample_type == SampleType::kFloat32) nodata = as_float32(*nodata);
+  return nodata;
 }
 
 }  // namespace
@@ -264,7 +362,8 @@ std::string compression_name(std::uint16_t compression) {
   }
 }
 
-Result<TiffLayout> read_tiff_layout(const TiffHandle& handle, const TiffTags& tags, const std::string& name, bool expand_palette) {
+Result<TiffLayout> read_tiff_layout(const TiffHandle& handle, const TiffTags& tags, const std::string& name, const OpenOptions& options,
+                                    const DeclaredMetadata& beside) {
   TIFF* tiff = handle.get();
   TiffLayout layout;
   std::uint32_t width = 0;
@@ -297,8 +396,8 @@ Result<TiffLayout> read_tiff_layout(const TiffHandle& handle, const TiffTags& ta
   layout.byte_swapped = TIFFIsByteSwapped(tiff) != 0;
 
   // Known to libtiff only where the codec has one.
-  if (const std::vector<double> predictor = tags.numbers(TIFFTAG_PREDICTOR); predictor.size() == 1)
-    layout.predictor = static_cast<int>(std::clamp(predictor[0], 0.0, 65535.0));
+  VT_ASSIGN(const std::vector<double> predictor, tags.numbers(TIFFTAG_PREDICTOR));
+  if (predictor.size() == 1) layout.predictor = static_cast<int>(std::clamp(predictor[0], 0.0, 65535.0));
 
   if (TIFFIsCODECConfigured(layout.compression) == 0) {
     return unsupported(name,
@@ -316,12 +415,14 @@ Result<TiffLayout> read_tiff_layout(const TiffHandle& handle, const TiffTags& ta
   layout.sample_type = kind.type;
   layout.max_code = bits >= 32 ? 4294967295.0 : static_cast<double>((std::uint64_t{1} << bits) - 1);
 
-  layout.nodata = parse_nodata(tags.text(kGdalNodata));
-  if (layout.nodata && layout.sample_type == SampleType::kFloat32) layout.nodata = as_float32(*layout.nodata);
-  layout.fill = layout.nodata;
-  read_alpha(tiff, layout);
-  VT_CHECK(read_color(tiff, name, expand_palette, layout));
-  if (layout.invert && layout.nodata) layout.nodata = invert_code(layout, *layout.nodata);
+  VT_ASSIGN(const DeclaredMetadata inside, read_declared(tags, name, layout));
+  const DeclaredMetadata declared = overlaid(beside, inside);
+  VT_ASSIGN(layout.fill, read_nodata(tags, layout));
+  const NodataCodes nodata(options.nodata, declared, layout.fill);
+  read_alpha(tiff, declared, layout);
+  VT_CHECK(read_color(tiff, name, options.as_numbers, nodata, layout));
+  settle_meaning(declared, nodata, layout);
+  note_unused(tags, layout);
   VT_CHECK(read_blocks(tiff, name, layout));
   if (layout.alpha_is_associated && layout.planar_separate) {
     return unsupported(name, "associated alpha (ExtraSamples 1) in separate planes; rewrite the file with bands interleaved");
@@ -329,7 +430,7 @@ Result<TiffLayout> read_tiff_layout(const TiffHandle& handle, const TiffTags& ta
   return layout;
 }
 
-store::ContentHash decode_fingerprint(const TiffTags& tags) {
+Result<store::ContentHash> decode_fingerprint(const TiffTags& tags) {
   constexpr std::array<std::uint16_t, 31> kTags = {TIFFTAG_IMAGEWIDTH,
                                                    TIFFTAG_IMAGELENGTH,
                                                    TIFFTAG_BITSPERSAMPLE,
@@ -364,20 +465,20 @@ store::ContentHash decode_fingerprint(const TiffTags& tags) {
   store::ContentHasher content;
   const std::array<std::byte, 1> order = {tags.is_big_endian() ? std::byte{1} : std::byte{0}};
   content.add(order);
-  for (const std::uint16_t tag : kTags) tags.feed(tag, content);
+  for (const std::uint16_t tag : kTags) VT_CHECK(tags.feed(tag, content));
   return content.digest();
 }
 
-TiffPlace read_tiff_place(const TiffTags& tags) {
+Result<TiffPlace> read_tiff_place(const TiffTags& tags) {
   geo::GeoKeyTags keys;
-  for (const double value : tags.numbers(kGeoKeyDirectory)) {
+  VT_ASSIGN(const std::vector<double> directory, tags.numbers(kGeoKeyDirectory));
+  for (const double value : directory)
     keys.directory.push_back(value >= 0.0 && value <= 65535.0 ? static_cast<std::uint16_t>(value) : std::uint16_t{0});
-  }
-  keys.doubles = tags.numbers(kGeoDoubleParams);
-  keys.ascii = tags.text(kGeoAsciiParams);
+  VT_ASSIGN(keys.doubles, tags.numbers(kGeoDoubleParams));
+  VT_ASSIGN(keys.ascii, tags.text(kGeoAsciiParams));
   TiffPlace place;
   place.keys = geo::crs_from_geo_keys(keys);
-  place.transform = transform_from_tags(tags, place.keys.pixel_is_point);
+  VT_ASSIGN(place.transform, transform_from_tags(tags, place.keys.pixel_is_point, place));
   return place;
 }
 

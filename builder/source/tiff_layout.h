@@ -8,6 +8,8 @@
 
 #include "builder/geo/geo_keys.h"
 #include "builder/geo/geo_transform.h"
+#include "builder/source/band_meaning.h"
+#include "builder/source/gdal_metadata.h"
 #include "builder/source/raster_source.h"
 #include "builder/source/tiff_handle.h"
 #include "builder/source/tiff_tags.h"
@@ -44,14 +46,15 @@ struct TiffLayout {
   // Our side.
   SampleRecipe recipe = SampleRecipe::kNative;
   SampleType sample_type = SampleType::kUint8;
-  int bands = 1;  // after palette expansion and conversion to RGB
+  int bands = 1;                     // after palette expansion and conversion to RGB
+  std::vector<BandMeaning> meaning;  // of each
   int alpha_band = -1;
   bool alpha_is_associated = false;
-  bool invert = false;  // MinIsWhite: value becomes max_code - value
+  bool invert = false;  // MinIsWhite: value becomes max_code - value, but not of the alpha band
   double max_code = 0.0;
   std::vector<std::uint32_t> palette;  // R | G << 8 | B << 16 | A << 24; empty: no expansion
-  std::optional<double> nodata;        // in our samples
   std::optional<double> fill;          // what a block that was never written holds: the nodata value, or 0
+  std::vector<UnusedFact> unused;
 
   [[nodiscard]] std::int64_t rows_in_block(std::int64_t block_y) const;  // inside the raster
   [[nodiscard]] int bands_per_plane() const { return planar_separate ? 1 : bands; }
@@ -60,17 +63,21 @@ struct TiffLayout {
 struct TiffPlace {
   std::optional<geo::GeoTransform> transform;
   geo::GeoKeyMeaning keys;
+  // Of the values where they are heights: value = offset + scale * sample, from the third numbers of pixel scale and tie point.
+  std::optional<double> height_scale;
+  std::optional<double> height_offset;
 };
 
 // A short name for reports, "compression 65000" for what we have never heard of.
 [[nodiscard]] std::string compression_name(std::uint16_t compression);
 
-// kUnsupported names the tag and the value that we do not read. `expand_palette` off keeps the indices.
+// kUnsupported names the tag and the value that we do not read; kIo and kInvalidData as of TiffTags. Of `options`, what concerns samples
+// (nodata, as_numbers); `beside`: what a file beside the TIFF declares, which goes before what the TIFF does.
 [[nodiscard]] Result<TiffLayout> read_tiff_layout(const TiffHandle& handle, const TiffTags& tags, const std::string& name,
-                                                  bool expand_palette);
+                                                  const OpenOptions& options, const DeclaredMetadata& beside);
 // Of everything in the directory that the meaning of the stored bytes depends on: sizes, sample format, compression and its tables,
-// colours.
-[[nodiscard]] store::ContentHash decode_fingerprint(const TiffTags& tags);
-[[nodiscard]] TiffPlace read_tiff_place(const TiffTags& tags);
+// colours. kIo.
+[[nodiscard]] Result<store::ContentHash> decode_fingerprint(const TiffTags& tags);
+[[nodiscard]] Result<TiffPlace> read_tiff_place(const TiffTags& tags);
 
 }  // namespace vt::source

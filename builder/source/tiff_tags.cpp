@@ -62,6 +62,15 @@ double number(std::uint16_t type, std::span<const std::byte> bytes, bool big_end
       return std::bit_cast<double>(raw);
     case 17:
       return static_cast<double>(static_cast<std::int64_t>(raw));
+    case 5:
+    case 10: {
+      // A fraction: two 32-bit integers, the denominator second.
+      const auto part = [&](std::size_t at) {
+        const auto code = static_cast<std::uint32_t>(integer(bytes.subspan(at, 4), big_endian));
+        return type == 5 ? static_cast<double>(code) : static_cast<double>(static_cast<std::int32_t>(code));
+      };
+      return part(0) / part(4);
+    }
     default:
       return static_cast<double>(raw);
   }
@@ -110,19 +119,28 @@ const TiffTags::Entry* TiffTags::find(std::uint16_t tag) const {
   return found == entries_.end() ? nullptr : &*found;
 }
 
-std::vector<std::byte> TiffTags::bytes_of(const Entry& entry, std::size_t value_bytes) const {
-  if (entry.count > kMaxTagBytes / value_bytes || entry.count * value_bytes > file_->size()) return {};
+tl::unexpected<Error> TiffTags::unusable(const Entry& entry, const std::string& why) const {
+  return fail(ErrorCode::kInvalidData,
+              fmt::format("{}: TIFF tag {} {}; the file is damaged or incomplete", file_->path().string(), entry.tag, why));
+}
+
+Result<std::vector<std::byte>> TiffTags::bytes_of(const Entry& entry) const {
+  const std::size_t value_bytes = value_size(entry.type);
+  if (entry.count > kMaxTagBytes / value_bytes)
+    return unusable(entry, fmt::format("claims {} values, more than {} MB", entry.count, kMaxTagBytes >> 20));
   std::vector<std::byte> bytes(static_cast<std::size_t>(entry.count) * value_bytes);
-  const auto got = file_->read_some(entry.place, bytes);
-  if (!got || *got != bytes.size()) return {};
+  VT_ASSIGN(const std::size_t got, file_->read_some(entry.place, bytes));
+  if (got != bytes.size())
+    return unusable(entry, fmt::format("has {} bytes at {}, but the file has {}", bytes.size(), entry.place, file_->size()));
   return bytes;
 }
 
-std::vector<double> TiffTags::numbers(std::uint16_t tag) const {
+Result<std::vector<double>> TiffTags::numbers(std::uint16_t tag) const {
   const Entry* entry = find(tag);
-  if (entry == nullptr || entry->type == 2 || entry->type == 5 || entry->type == 10 || entry->type == 7) return {};
+  if (entry == nullptr) return std::vector<double>{};
+  if (entry->type == 2 || entry->type == 7) return unusable(*entry, fmt::format("is of type {}, wanted numbers", entry->type));
+  VT_ASSIGN(const std::vector<std::byte> bytes, bytes_of(*entry));
   const std::size_t size = value_size(entry->type);
-  const std::vector<std::byte> bytes = bytes_of(*entry, size);
   std::vector<double> values;
   values.reserve(bytes.size() / size);
   for (std::size_t at = 0; at < bytes.size(); at += size)
@@ -130,17 +148,21 @@ std::vector<double> TiffTags::numbers(std::uint16_t tag) const {
   return values;
 }
 
-void TiffTags::feed(std::uint16_t tag, store::ContentHasher& content) const {
+Result<void> TiffTags::feed(std::uint16_t tag, store::ContentHasher& content) const {
   const Entry* entry = find(tag);
   const std::array<std::uint64_t, 3> head = {tag, entry == nullptr ? 0U : entry->type, entry == nullptr ? 0U : entry->count};
   content.add(std::as_bytes(std::span(head)));
-  if (entry != nullptr) content.add(bytes_of(*entry, value_size(entry->type)));
+  if (entry == nullptr) return {};
+  const Result<std::vector<std::byte>> bytes = bytes_of(*entry);
+  if (bytes) content.add(*bytes);
+  return bytes || bytes.error().code != ErrorCode::kIo ? Result<void>{} : tl::unexpected(bytes.error());
 }
 
-std::string TiffTags::text(std::uint16_t tag) const {
+Result<std::string> TiffTags::text(std::uint16_t tag) const {
   const Entry* entry = find(tag);
-  if (entry == nullptr || value_size(entry->type) != 1) return {};
-  const std::vector<std::byte> bytes = bytes_of(*entry, 1);
+  if (entry == nullptr) return std::string{};
+  if (value_size(entry->type) != 1) return unusable(*entry, fmt::format("is of type {}, wanted text", entry->type));
+  VT_ASSIGN(const std::vector<std::byte> bytes, bytes_of(*entry));
   std::string text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
   while (!text.empty() && text.back() == '\0') text.pop_back();
   return text;

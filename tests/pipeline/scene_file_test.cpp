@@ -41,7 +41,7 @@ TEST_F(SceneFile, GivesBackWhatItSays) {
   EXPECT_EQ(color.sources[1].path, folder_ / "b.png");
   EXPECT_EQ(color.sources[1].crs->definition().epsg, 3857);
   EXPECT_EQ(color.sources[1].extent, (Area{1, 2, 3, 4}));
-  EXPECT_EQ(color.sources[1].nodata, 7.0);
+  EXPECT_EQ(color.sources[1].nodata, std::vector{7.0});
   EXPECT_EQ(color.sources[1].bands, (std::vector<int>{3, 2, 1}));
   EXPECT_EQ(color.format, TexelFormat::kBc1);
   EXPECT_EQ(color.kernel, "box");
@@ -79,9 +79,9 @@ TEST_F(SceneFile, AFolderOrAListIsAllItsFiles) {
   ASSERT_EQ(sources.size(), 4U);
   EXPECT_EQ(sources[0].path, folder_ / "tiles/a.tif");
   EXPECT_EQ(sources[1].path, folder_ / "tiles/b.tif");
-  EXPECT_EQ(sources[1].nodata, 3.0);
+  EXPECT_EQ(sources[1].nodata, std::vector{3.0});
   EXPECT_EQ(sources[2].path, folder_ / "z.tif");
-  EXPECT_EQ(sources[3].nodata, std::nullopt);
+  EXPECT_TRUE(sources[3].nodata.empty());
   expect_refused(R"({"format": "vt-scene", "version": 1, "name": "n", "layers": [{"name": "c", "channel": "color", "sources": ["."]}]})",
                  "/layers/0/sources/0");
 }

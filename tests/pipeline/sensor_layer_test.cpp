@@ -24,7 +24,7 @@ Built built(const std::filesystem::path& input, const channels::Options& options
             const std::optional<Area>& area = {}, std::optional<double> nodata = {}) {
   const test::TempFolder folder;
   LayerRequest request = request_for({input}, ChannelType::kSensor);
-  request.sources[0].nodata = nodata;
+  if (nodata) request.sources[0].nodata = {*nodata};
   request.format = format;
   request.tile_texels = tile;
   request.options = options;

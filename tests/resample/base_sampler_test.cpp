@@ -31,7 +31,7 @@ PlacedSource color_source(const TexelRect& place, const SampleLayout& layout, st
     std::byte* at = samples.data() + texel * static_cast<std::size_t>(bands);
     const bool hole = noise(seed + static_cast<std::uint32_t>(texel / 5)) % 4 == 0;
     if (layout.has_alpha) at[bands - 1] = hole ? std::byte{0} : (texel % 3 == 0 ? at[bands - 1] : std::byte{255});
-    if (layout.nodata && hole) std::memset(at, static_cast<int>(*layout.nodata), static_cast<std::size_t>(layout.value_bands));
+    if (layout.nodata && hole) std::memset(at, static_cast<int>(layout.nodata->of(0)), static_cast<std::size_t>(layout.value_bands));
   }
   PlacedSource source;
   source.raster = std::make_shared<MemorySource>(place.width, place.height, bands, SampleType::kUint8, std::move(samples));

@@ -86,9 +86,9 @@ TEST_F(SampleScene, FilesCoverTheSameGround) {
     EXPECT_EQ(north_west.y, scene["area"]["north"].get<double>());
     EXPECT_EQ(south_east.x, scene["area"]["east"].get<double>());
     EXPECT_EQ(south_east.y, scene["area"]["south"].get<double>());
-    EXPECT_EQ(info.nodata.has_value(), raster.type == source::SampleType::kFloat32);
+    EXPECT_EQ(info.meaning.at(0).nodata.has_value(), raster.type == source::SampleType::kFloat32);
   }
-  EXPECT_EQ(*(*source::open_raster(folder / "elevation.tif"))->info().nodata, -9999.0);
+  EXPECT_EQ(*(*source::open_raster(folder / "elevation.tif"))->info().meaning.at(0).nodata, -9999.0);
 }
 
 TEST_F(SampleScene, FilesHoldTheBands) {

@@ -87,8 +87,9 @@ TEST(GeoTiffWriter, PlaceCrsAndNodataReadBackExactly) {
       EXPECT_EQ(info.transform.y_row, grid.y_row);
       ASSERT_TRUE(info.crs.has_value()) << info.crs_problem;
       EXPECT_EQ(info.crs->definition().epsg, 31985);
-      ASSERT_EQ(info.nodata.has_value(), nodata.has_value());
-      EXPECT_TRUE(!nodata || *info.nodata == *nodata || (std::isnan(*info.nodata) && std::isnan(*nodata))) << *info.nodata;
+      const std::optional<double>& read = info.meaning.at(0).nodata;
+      ASSERT_EQ(read.has_value(), nodata.has_value());
+      EXPECT_TRUE(!nodata || *read == *nodata || (std::isnan(*read) && std::isnan(*nodata))) << *read;
     }
   }
 }
@@ -291,7 +292,7 @@ TEST(RasterSource, ExtentAndCrsFromTheCallerWin) {
   EXPECT_EQ(info.transform.apply({20, 10}).x, 180.0);
   EXPECT_EQ(info.transform.apply({20, 10}).y, -90.0);
   EXPECT_EQ(info.crs->definition().epsg, 4326);
-  EXPECT_EQ(info.nodata, 3.0);
+  EXPECT_EQ(info.meaning.at(0).nodata, 3.0);
   std::swap(options.extent->west, options.extent->east);
   EXPECT_EQ(open_raster(folder / "plain.tif", options).error().code, ErrorCode::kUsage);
 

@@ -74,7 +74,7 @@ Result<OpenStrip> open_strip(const std::filesystem::path& path) {
   VT_ASSIGN(open.file, FileBytes::open(path));
   VT_ASSIGN(const auto handle, TiffHandle::open(open.file));
   VT_ASSIGN(const TiffTags tags, TiffTags::read(open.file, TIFFCurrentDirOffset(handle->get())));
-  VT_ASSIGN(open.layout, read_tiff_layout(*handle, tags, "strip", true));
+  VT_ASSIGN(open.layout, read_tiff_layout(*handle, tags, "strip", {}, {}));
   const auto last = static_cast<std::uint32_t>(open.layout.blocks_down - 1);
   open.strip = {.offset = TIFFGetStrileOffset(handle->get(), last),
                 .bytes = TIFFGetStrileByteCount(handle->get(), last),
