@@ -21,11 +21,22 @@ namespace {
 std::string reason(int error_number) {
   std::string text = std::generic_category().message(error_number);
   if (error_number == ENOSPC || error_number == EDQUOT) text += "; free some space and run again, what was committed is safe";
+  if (error_number == EFBIG) text += "; raise the limit on the size of files (ulimit -f) and run again, what was committed is safe";
   return text;
 }
 
 tl::unexpected<Error> cannot_rename(const std::filesystem::path& from, const std::filesystem::path& to, int error_number) {
   return fail(ErrorCode::kIo, to.string() + ": cannot rename " + from.string() + " to it: " + reason(error_number));
+}
+
+// What is printed after the program's caller has closed a standard stream goes to whatever file has got its number. Never to a store.
+int above_standard_streams(int fd) {
+  if (fd < 0 || fd > STDERR_FILENO) return fd;
+  const int moved = ::fcntl(fd, F_DUPFD_CLOEXEC, STDERR_FILENO + 1);
+  const int error_number = errno;
+  ::close(fd);
+  errno = error_number;
+  return moved;
 }
 
 // Makes a name that was given or changed durable.
@@ -46,7 +57,7 @@ Result<File> File::open(const std::filesystem::path& path, Mode mode) {
   const int flags = O_CLOEXEC | (mode == Mode::kRead ? O_RDONLY : O_RDWR) | (mode == Mode::kCreate ? O_CREAT | O_EXCL : 0);
   File file;
   file.path_ = path;
-  file.fd_ = ::open(path.c_str(), flags, 0666);
+  file.fd_ = above_standard_streams(::open(path.c_str(), flags, 0666));
   if (file.fd_ < 0) {
     const int error_number = errno;
     return fail(error_number == EEXIST ? ErrorCode::kExists : ErrorCode::kIo,

@@ -18,6 +18,7 @@ class File {
  public:
   enum class Mode { kRead, kReadWrite, kCreate };
   // kNotFound is reported as kIo: to the user a missing file is the disk's answer. kCreate fails with kExists when the file is there.
+  // The descriptor is never 0 to 2, also when the process has closed its standard streams.
   [[nodiscard]] static Result<File> open(const std::filesystem::path& path, Mode mode);
   File() = default;
   File(File&& other) noexcept;

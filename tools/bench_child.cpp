@@ -21,7 +21,9 @@ void become(const char* const* arguments, const char* const* environment, const 
   const int in = ::open("/dev/null", O_RDONLY);
   if (out < 0 || err < 0 || in < 0) return;
   if (::dup2(in, STDIN_FILENO) < 0 || ::dup2(out, STDOUT_FILENO) < 0 || ::dup2(err, STDERR_FILENO) < 0) return;
-  std::signal(SIGPIPE, SIG_DFL);  // we ignore it, and that would be inherited
+  // We ignore these, and that would be inherited.
+  std::signal(SIGPIPE, SIG_DFL);
+  std::signal(SIGXFSZ, SIG_DFL);
   ::execve(arguments[0], const_cast<char* const*>(arguments), const_cast<char* const*>(environment));
 }
 

@@ -1,5 +1,6 @@
 #include "tools/cli_support.h"
 
+#include <fcntl.h>
 #include <fmt/format.h>
 #include <sys/ioctl.h>
 #include <unistd.h>
@@ -43,6 +44,13 @@ void flush_output() {
 std::atomic<bool>& interrupt_flag_storage() {
   static std::atomic<bool> flag{false};
   return flag;
+}
+
+// A number from 0 to 2 that the caller closed would go to the next file that is opened, and what is printed would be written into it.
+void occupy_standard_streams() {
+  for (int fd = STDIN_FILENO; fd <= STDERR_FILENO; ++fd)
+    // The lowest free number is this one, since those below are taken.
+    if (::fcntl(fd, F_GETFD) == -1 && errno == EBADF) static_cast<void>(::open("/dev/null", O_RDWR));
 }
 
 extern "C" void on_interrupt(int) { interrupt_flag_storage().store(true, std::memory_order_relaxed); }
@@ -103,8 +111,11 @@ void add_help_footer(CLI::App& app, std::string_view examples) {
 
 int run_main(CLI::App& app, int argc, const char* const* argv, const std::function<Result<int>()>& command) {
   const std::string program = app.get_name();
-  // A reader that goes away is then an error of the write, not a signal that kills us in the middle of something.
+  occupy_standard_streams();
+  // A reader that goes away and a file over its size limit are then errors of the write, not signals that kill us in the middle of
+  // something.
   std::signal(SIGPIPE, SIG_IGN);
+  std::signal(SIGXFSZ, SIG_IGN);
   try {
     try {
       app.parse(argc, argv);
