@@ -22,6 +22,7 @@ enum class FaultNumber : int {
   kForeignSuperblock = 107,   // the two belong to different stores
   kUncommittedTail = 108,     // not an error: bytes after the last commit
   kGarbage = 109,             // not an error: bytes in the log that nothing points to
+  kMayBeOlder = 110,          // one superblock is damaged, and may have held a later generation than the other
   kMoreFindings = 199,        // the report was cut
 
   // Catalog

@@ -104,18 +104,19 @@ std::uint32_t wanted_raw_bytes(const LayerInfo& layer, ReferenceKind kind, std::
 // ---- Superblocks ----
 //
 //   0 "VTSTORE1"    8 u32 version    12 u32 reserved    16 uuid    32 u64 generation    40 u64 file end    48 catalog reference
-//  64 u64 cold start's offset   72 u64 its bytes   80 ignorable   128 reserved   4088 u64 hash of bytes 0..4087
+//  64 u64 cold start's offset   72 u64 its bytes   80 u64 paired   88 ignorable   128 reserved   4088 u64 hash of bytes 0..4087
 
 std::array<std::byte, kSuperblockBytes> encode_superblock(const Superblock& superblock) {
   std::array<std::byte, kSuperblockBytes> block = {};
   put_text(block, 0, kSuperblockMagic);
-  put<std::uint32_t>(block, 8, kFormatVersion);
+  put<std::uint32_t>(block, 8, superblock.version);
   std::copy(superblock.uuid.begin(), superblock.uuid.end(), block.begin() + 16);
   put<std::uint64_t>(block, 32, superblock.generation);
   put<std::uint64_t>(block, 40, superblock.file_end);
   put_reference(block, 48, superblock.catalog);
   put<std::uint64_t>(block, 64, superblock.cold_start.offset);
   put<std::uint64_t>(block, 72, superblock.cold_start.bytes);
+  put<std::uint64_t>(block, 80, superblock.is_paired ? 1 : 0);
   put<std::uint64_t>(block, kSuperblockHashAt, hash_bytes(std::span(block).first(kSuperblockHashAt)));
   return block;
 }
@@ -152,43 +153,65 @@ Checked<Superblock> decode_superblock(std::span<const std::byte> block, int slot
   if (superblock.catalog.stored_bytes > kMaxCatalogBytes)
     return fault(FaultNumber::kCatalogReference, ErrorCode::kInvalidData, name + ", catalog: over 64 MiB");
   // Ignorable bytes: an extent that makes no sense is none.
-  const ColdStart hint{.offset = get<std::uint64_t>(block, 64), .bytes = get<std::uint64_t>(block, 72)};
+  const Extent hint{.offset = get<std::uint64_t>(block, 64), .bytes = get<std::uint64_t>(block, 72)};
   if (hint.offset >= kLogStart && hint.offset <= superblock.file_end && hint.bytes <= superblock.file_end - hint.offset)
     superblock.cold_start = hint;
+  superblock.is_paired = get<std::uint64_t>(block, 80) == 1;
   return superblock;
 }
 
-Checked<Superblock> choose_superblock(std::span<const std::byte> head, std::uint64_t file_bytes) {
-  std::optional<Superblock> newest;
-  std::optional<Fault> first_damage;
+Checked<ChosenSuperblock> choose_superblock(std::span<const std::byte> head, std::uint64_t file_bytes) {
+  std::vector<Superblock> whole;  // the newest first
+  std::optional<Fault> damage;
   for (int slot = 0; slot < 2; ++slot) {
     const std::size_t at = static_cast<std::size_t>(slot) * kSuperblockBytes;
     const auto block = head.subspan(std::min(at, head.size()));
     auto superblock = decode_superblock(block.first(std::min(kSuperblockBytes, block.size())), slot);
-    if (!superblock) {
-      if (superblock.error().number != FaultNumber::kSuperblockDamaged) return superblock;
-      if (!first_damage) first_damage = superblock.error();
-      continue;
+    if (superblock) {
+      whole.push_back(*superblock);
+    } else if (superblock.error().number != FaultNumber::kSuperblockDamaged) {
+      return tl::unexpected(superblock.error());
+    } else if (!damage) {
+      damage = superblock.error();
     }
-    if (newest && newest->uuid != superblock->uuid)
-      return fault(FaultNumber::kForeignSuperblock, ErrorCode::kInvalidData,
-                   "the two superblocks belong to different stores (their UUIDs differ)");
-    if (!newest || superblock->generation > newest->generation) newest = *superblock;
   }
-  if (!newest) {
+  if (whole.empty()) {
     if (head.size() < kLogStart)
       return fault(FaultNumber::kNoSuperblock, ErrorCode::kInvalidData,
                    "not a tile store: " + number(file_bytes) + " bytes, at least 8192 wanted");
-    const bool is_foreign = first_damage->code == ErrorCode::kInvalidData;
-    return fault(
-        FaultNumber::kNoSuperblock, is_foreign ? ErrorCode::kInvalidData : ErrorCode::kCorrupt,
-        (is_foreign ? "not a tile store, or both superblocks are lost: " : "both superblocks are damaged: ") + first_damage->sentence);
+    const bool is_foreign = damage->code == ErrorCode::kInvalidData;
+    return fault(FaultNumber::kNoSuperblock, is_foreign ? ErrorCode::kInvalidData : ErrorCode::kCorrupt,
+                 (is_foreign ? "not a tile store, or both superblocks are lost: " : "both superblocks are damaged: ") + damage->sentence);
   }
-  if (newest->file_end > file_bytes)
+  if (whole.size() == 2 && whole[0].uuid != whole[1].uuid)
+    return fault(FaultNumber::kForeignSuperblock, ErrorCode::kInvalidData,
+                 "the two superblocks belong to different stores (their UUIDs differ)");
+  if (whole.size() == 2 && whole[1].generation > whole[0].generation) std::swap(whole[0], whole[1]);
+
+  ChosenSuperblock chosen{.newest = whole[0], .damage = std::move(damage)};
+  if (whole.size() == 2) chosen.other = whole[1];
+  if (chosen.newest.file_end > file_bytes)
     return fault(FaultNumber::kFileTruncated, ErrorCode::kCorrupt,
-                 "the file has " + number(file_bytes) + " bytes, generation " + number(newest->generation) + " needs " +
-                     number(newest->file_end) + "; it was truncated, or copied while incomplete");
-  return *newest;
+                 "the file has " + number(file_bytes) + " bytes, generation " + number(chosen.newest.generation) + " needs " +
+                     number(chosen.newest.file_end) + "; it was truncated, or copied while incomplete");
+  // One of a pair holds the last commit, whatever became of the other. If it is not one of a pair, the other may have held a later commit,
+  // whose records would lie behind this one's.
+  chosen.may_be_older = chosen.damage && !chosen.newest.is_paired && file_bytes > chosen.newest.file_end;
+  return chosen;
+}
+
+bool ChosenSuperblock::is_pair() const {
+  return other && newest.is_paired && other->is_paired && newest.generation == other->generation + 1 && newest.catalog == other->catalog &&
+         newest.file_end == other->file_end;
+}
+
+std::string ChosenSuperblock::remark() const {
+  if (!damage) return {};
+  if (!may_be_older) return damage->sentence + "; the other one holds the last commit, so nothing is lost, and the next writer mends it";
+  return damage->sentence + "; it may have held a generation after " + number(newest.generation) +
+         ", so what is read may be older than the last update. Restore the file from a copy; `vtbuild pack STORE -o NEW` keeps what "
+         "generation " +
+         number(newest.generation) + " holds";
 }
 
 // ---- Index pages ----

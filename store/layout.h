@@ -170,31 +170,46 @@ struct RecordHeader {
 
 using Uuid = std::array<std::byte, 16>;
 
-// What a reader that begins with a store may read ahead in one go: the catalog, the upper index and the coarsest tiles, as `pack` lays them
-// out. A hint and no more: nothing is wrong when there is none (both 0), or when later commits have moved some of it.
-struct ColdStart {
+// A stretch of the log.
+struct Extent {
   std::uint64_t offset = 0;
   std::uint64_t bytes = 0;
-  auto operator<=>(const ColdStart&) const = default;
+  auto operator<=>(const Extent&) const = default;
 };
 
 struct Superblock {
-  std::uint32_t version = kFormatVersion;  // as read; what is written is always kFormatVersion
+  std::uint32_t version = kFormatVersion;  // a new catalog is always of kFormatVersion
   Uuid uuid = {};
   std::uint64_t generation = 0;
   std::uint64_t file_end = 0;
   Reference catalog;
-  ColdStart cold_start;
+  // What a reader that begins with a store may read ahead in one go: the catalog, the upper index and the coarsest tiles, as `pack` lays
+  // them out. A hint and no more: nothing is wrong when there is none (both 0), or when later commits have moved some of it.
+  Extent cold_start;
+  // Written by a writer that keeps every commit in both superblocks, so that this one is enough when the other is damaged.
+  bool is_paired = false;
 };
 
 // Even generations lie in slot 0 (offset 0), odd ones in slot 1 (offset 4096).
 [[nodiscard]] constexpr std::uint64_t superblock_offset(std::uint64_t generation) { return (generation & 1) * kSuperblockBytes; }
 [[nodiscard]] std::array<std::byte, kSuperblockBytes> encode_superblock(const Superblock& superblock);
 [[nodiscard]] Checked<Superblock> decode_superblock(std::span<const std::byte> block, int slot);
+
+struct ChosenSuperblock {
+  Superblock newest;
+  std::optional<Superblock> other;  // nothing when its hash is wrong...
+  std::optional<Fault> damage;      // ...and then this
+  bool may_be_older = false;        // the damaged one may have held a later generation that had been committed
+
+  // Both are whole and hold one state.
+  [[nodiscard]] bool is_pair() const;
+  // A sentence for people; empty when both are whole.
+  [[nodiscard]] std::string remark() const;
+};
 // The newest whole generation out of the file's first 8 KiB (fewer in a truncated file). Only a superblock whose hash is wrong is passed
 // over, as a crash leaves it; one that is whole but promises what the file does not hold is an error, never silently replaced by an older
 // generation.
-[[nodiscard]] Checked<Superblock> choose_superblock(std::span<const std::byte> head, std::uint64_t file_bytes);
+[[nodiscard]] Checked<ChosenSuperblock> choose_superblock(std::span<const std::byte> head, std::uint64_t file_bytes);
 
 // ---- Index pages ----
 

@@ -110,8 +110,8 @@ Result<void> NewStore::publish(const Catalog& catalog, const Seal& seal) {
                                     .stored_bytes = bytes,
                                     .check = static_cast<std::uint32_t>(header.hash),
                                     .kind = ReferenceKind::kCatalog},
-                        .cold_start = seal.cold_start};
-  // Both slots from the start, as in a store that was created empty: readers have no special case.
+                        .cold_start = seal.cold_start,
+                        .is_paired = true};
   for (superblock.generation = seal.generation; superblock.generation <= seal.generation + 1; ++superblock.generation)
     VT_CHECK(file_.write_at(superblock_offset(superblock.generation), encode_superblock(superblock)));
   if (options_.sync) VT_CHECK(file_.sync());

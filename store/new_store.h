@@ -47,7 +47,7 @@ class NewStore {
     Uuid uuid = {};
     std::uint64_t generation = 0;  // the older superblock's; the newer one says one more. Both hold the same state
     std::uint64_t catalog_at = 0;  // reserved, catalog_room() long
-    ColdStart cold_start = {};
+    Extent cold_start = {};
     bool replaces = false;  // take the place of the file that has the name; otherwise one that is there is kExists
   };
   // Writes catalog and superblocks, makes all of it durable, and gives the file its name.

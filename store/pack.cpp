@@ -398,6 +398,9 @@ Result<PackReport> pack_in_place(const std::filesystem::path& path, const PackOp
   VT_ASSIGN(const bool is_current, file.still_named());
   if (!is_current) return fail(ErrorCode::kExists, path.string() + ": was replaced by another store at this moment; run again");
   VT_ASSIGN(const Snapshot source, load_snapshot(std::move(file)));
+  if (source.health == StoreHealth::kMayBeOlder)
+    return fail(ErrorCode::kCorrupt,
+                path.string() + ": not packed in place, since a later generation would be lost: " + source.health_remark);
 
   // A link stays a link; the file it leads to is what is packed.
   std::error_code problem;

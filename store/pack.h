@@ -45,7 +45,8 @@ struct PackReport {
 [[nodiscard]] Result<PackReport> pack(const StoreReader& reader, const std::filesystem::path& path, const PackOptions& options = {});
 
 // Packs a store into a file beside it and puts that in its place. The store keeps its UUID; its generation goes on. Readers that have the
-// old file open keep it. kExists: a writer has the store open. After any error the store is as it was.
+// old file open keep it. kExists: a writer has the store open. kCorrupt: also when StoreReader::health() is kMayBeOlder. After any error the
+// store is as it was.
 [[nodiscard]] Result<PackReport> pack_in_place(const std::filesystem::path& path, const PackOptions& options = {});
 
 }  // namespace vt::store

@@ -2,18 +2,33 @@
 // reads a store begins with, and what pack.h copies from. Says nothing of pages and tiles. Threads: const use from any number.
 #pragma once
 
+#include <cstddef>
+#include <cstdint>
+#include <string>
 #include <vector>
 
 #include "store/file.h"
 #include "store/layer.h"
 #include "store/layout.h"
 #include "store/result.h"
+#include "store/store_reader.h"
 
 namespace vt::store {
+
+// The superblocks as they lie in the file, 8 KiB or fewer in a truncated file, and the file's size a moment later: a writer only ever makes
+// the file longer than they say.
+struct Head {
+  std::vector<std::byte> bytes;
+  std::uint64_t file_bytes = 0;
+};
+[[nodiscard]] Result<Head> read_head(const File& file);
 
 struct Snapshot {
   File file;
   Superblock superblock;
+  // See store_reader.h.
+  StoreHealth health = StoreHealth::kWhole;
+  std::string health_remark;
   StoreDescription description;
   std::vector<LayerInfo> layers;              // ordered by id
   std::vector<std::vector<Reference>> roots;  // as `layers`, one a level

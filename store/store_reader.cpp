@@ -132,6 +132,8 @@ const Snapshot& StoreReader::snapshot() const { return impl_->snapshot; }
 const StoreDescription& StoreReader::description() const { return impl_->snapshot.description; }
 std::uint64_t StoreReader::generation() const { return impl_->snapshot.superblock.generation; }
 std::uint64_t StoreReader::file_bytes() const { return impl_->snapshot.superblock.file_end; }
+StoreHealth StoreReader::health() const { return impl_->snapshot.health; }
+const std::string& StoreReader::health_remark() const { return impl_->snapshot.health_remark; }
 std::span<const LayerInfo> StoreReader::layers() const { return impl_->snapshot.layers; }
 const LayerInfo* StoreReader::find_layer(LayerId layer) const { return impl_->find(layer); }
 

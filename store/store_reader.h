@@ -21,6 +21,13 @@ namespace vt::store {
 
 struct Snapshot;  // store/snapshot.h
 
+// A store has two superblocks, either of which is enough.
+enum class StoreHealth : std::uint8_t {
+  kWhole,
+  kOneSuperblock,  // one is damaged. Nothing that was committed is lost; the next writer mends it
+  kMayBeOlder,     // one is damaged, and may have held a later generation than this one. Only in a store that an older program has written
+};
+
 enum class TileKind : std::uint8_t {
   kAbsent,    // never written: use an ancestor
   kStored,    // a record of texels, its own or one that it shares with equal tiles
@@ -43,9 +50,12 @@ class StoreReader {
 
   [[nodiscard]] const std::filesystem::path& path() const;
   [[nodiscard]] const StoreDescription& description() const;
-  [[nodiscard]] std::string uuid() const;  // 8-4-4-4-12 hex digits
-  [[nodiscard]] std::uint64_t generation() const;
+  [[nodiscard]] std::string uuid() const;          // 8-4-4-4-12 hex digits
+  [[nodiscard]] std::uint64_t generation() const;  // grows with every commit
   [[nodiscard]] std::uint64_t file_bytes() const;  // of this generation
+  // Whether this is surely the last generation that was committed when the store was opened. Tell your user when it may not be.
+  [[nodiscard]] StoreHealth health() const;
+  [[nodiscard]] const std::string& health_remark() const;  // a sentence about it; empty when kWhole
 
   [[nodiscard]] std::span<const LayerInfo> layers() const;  // ordered by id, carry layers included
   [[nodiscard]] const LayerInfo* find_layer(std::string_view name) const;

@@ -13,6 +13,7 @@
 #include "store/known_payloads.h"
 #include "store/layout.h"
 #include "store/page_cache.h"
+#include "store/snapshot.h"
 #include "store/tile_text.h"
 #include "store/uuid.h"
 
@@ -24,6 +25,8 @@ constexpr std::size_t kMaxConstants = 65536;
 
 // The disk is set to work on every so many bytes of the log, while the processors go on; without it a commit waits for all of them at once.
 constexpr std::uint64_t kWritebackBytes = std::uint64_t{8} << 20;
+// Generations are counted in 64 bits; only a forged one comes near the end of them.
+constexpr std::uint64_t kMaxGeneration = std::uint64_t{1} << 62;
 // The newest part of the log is left alone: other threads are still writing to its pages.
 constexpr std::uint64_t kWritebackLag = std::uint64_t{4} << 20;
 
@@ -34,7 +37,7 @@ struct StoreWriter::Impl final : PageCache::Log {
   File file;
   Uuid uuid = {};
   std::uint64_t generation = 0;
-  ColdStart cold_start;  // handed on from commit to commit
+  Extent cold_start;  // handed on from commit to commit
   StoreDescription description;
 
   // Guards everything below. Held while the index is read or changed, never while a tile is hashed, written or read.
@@ -166,16 +169,23 @@ struct StoreWriter::Impl final : PageCache::Log {
     return {};
   }
 
-  [[nodiscard]] Result<void> write_superblock(std::uint64_t number, const Reference& catalog) {
-    const auto block =
-        encode_superblock({.uuid = uuid, .generation = number, .file_end = end, .catalog = catalog, .cold_start = cold_start});
-    return file.write_at(superblock_offset(number), block);
+  // The state whose records are on the disk becomes the store's, in both superblocks: first in the place of the older one, and when that is
+  // safe in the place of the other. So a commit that has returned is never in one superblock alone.
+  [[nodiscard]] Result<void> publish(const Reference& catalog, std::uint64_t first, std::uint32_t version = kFormatVersion) {
+    Superblock superblock{
+        .version = version, .uuid = uuid, .file_end = end, .catalog = catalog, .cold_start = cold_start, .is_paired = true};
+    for (superblock.generation = first; superblock.generation <= first + 1; ++superblock.generation) {
+      VT_CHECK(file.write_at(superblock_offset(superblock.generation), encode_superblock(superblock)));
+      VT_CHECK(sync());
+    }
+    generation = first + 1;
+    return {};
   }
   [[nodiscard]] Result<void> sync() {
     if (!options.sync) return {};
     return file.sync();
   }
-  // Everything up to the superblock: after this the new generation is whole on disk, and nobody knows of it.
+  // Everything up to the superblocks: after this the new generation is whole on disk, and nobody knows of it.
   [[nodiscard]] Result<Reference> append_generation() {
     VT_CHECK(pages.flush());
     VT_ASSIGN(const std::vector<std::byte> payload, encode_catalog({.description = description, .layers = layers}));
@@ -186,13 +196,8 @@ struct StoreWriter::Impl final : PageCache::Log {
   [[nodiscard]] Result<void> commit_locked() {
     VT_CHECK(check_usable());
     if (!changed) return {};
-    const auto publish = [&]() -> Result<void> {
-      VT_ASSIGN(const Reference catalog, append_generation());
-      VT_CHECK(write_superblock(generation + 1, catalog));
-      return sync();
-    };
-    if (auto published = publish(); !published) return break_off(published.error());
-    ++generation;
+    const auto committed = append_generation().and_then([&](const Reference& catalog) { return publish(catalog, generation + 1); });
+    if (!committed) return break_off(committed.error());
     changed = false;
     return {};
   }
@@ -224,10 +229,7 @@ Result<StoreWriter> StoreWriter::create(const std::filesystem::path& path, const
     VT_ASSIGN(const bool locked, impl->file.try_lock());
     if (!locked) return fail(ErrorCode::kInternal, beside.string() + ": a new file is locked");
     VT_ASSIGN(const Reference catalog, impl->append_generation());
-    // Both slots from the start, so that a reader has no special case; they are one and the same state.
-    VT_CHECK(impl->write_superblock(0, catalog));
-    VT_CHECK(impl->write_superblock(1, catalog));
-    VT_CHECK(impl->sync());
+    VT_CHECK(impl->publish(catalog, 0));
     return rename_into_place(beside, path, impl->options.sync);
   };
   if (auto filled = fill(); !filled) {
@@ -235,7 +237,6 @@ Result<StoreWriter> StoreWriter::create(const std::filesystem::path& path, const
     return tl::unexpected(filled.error());
   }
   impl->file.set_name(path);
-  impl->generation = 1;
   return StoreWriter(std::move(impl));
 }
 
@@ -251,29 +252,42 @@ Result<StoreWriter> StoreWriter::open(const std::filesystem::path& path, WriterO
   VT_ASSIGN(const bool is_current, impl->file.still_named());
   if (!is_current) return fail(ErrorCode::kExists, path.string() + ": was replaced by another store at this moment; run again");
 
-  VT_ASSIGN(const std::uint64_t file_bytes, impl->file.size());
-  std::vector<std::byte> head(std::min<std::uint64_t>(kLogStart, file_bytes));
-  VT_CHECK(impl->file.read_at(0, head));
+  VT_ASSIGN(const Head head, read_head(impl->file));
   const auto refused = [&](const Fault& found) { return fail(found.code, path.string() + ": " + found.sentence); };
-  const auto superblock = choose_superblock(head, file_bytes);
-  if (!superblock) return refused(superblock.error());
+  const auto chosen = choose_superblock(head.bytes, head.file_bytes);
+  if (!chosen) return refused(chosen.error());
+  const Superblock& newest = chosen->newest;
+  // Going on from the older generation would remove the later one for good.
+  if (chosen->may_be_older)
+    return fail(ErrorCode::kCorrupt,
+                path.string() + ": not opened for writing, since a later generation would be lost: " + chosen->remark());
+  if (newest.generation > kMaxGeneration)
+    return fail(ErrorCode::kInvalidData,
+                path.string() + ": generation " + std::to_string(newest.generation) + " cannot be followed by another");
 
-  std::vector<std::byte> record(kRecordHeaderBytes + superblock->catalog.stored_bytes);
-  VT_CHECK(impl->file.read_at(superblock->catalog.offset, record));
-  const auto payload = check_record(record, superblock->catalog, 0, superblock->catalog.stored_bytes);
+  std::vector<std::byte> record(kRecordHeaderBytes + newest.catalog.stored_bytes);
+  VT_CHECK(impl->file.read_at(newest.catalog.offset, record));
+  const auto payload = check_record(record, newest.catalog, 0, newest.catalog.stored_bytes);
   if (!payload) return fail(ErrorCode::kCorrupt, path.string() + ": catalog: " + payload.error());
-  auto catalog = decode_catalog(*payload, superblock->file_end, superblock->version);
+  auto catalog = decode_catalog(*payload, newest.file_end, newest.version);
   if (!catalog) return refused(catalog.error());
 
-  // Recovery: what was never committed goes away.
-  if (file_bytes > superblock->file_end) VT_CHECK(impl->file.truncate(superblock->file_end));
-
-  impl->uuid = superblock->uuid;
-  impl->generation = superblock->generation;
-  impl->cold_start = superblock->cold_start;
-  impl->end = impl->written_back = superblock->file_end;
+  impl->uuid = newest.uuid;
+  impl->generation = newest.generation;
+  impl->cold_start = newest.cold_start;
+  impl->end = impl->written_back = newest.file_end;
   impl->description = std::move(catalog->description);
   impl->layers = std::move(catalog->layers);
+
+  // Recovery: what was never committed goes away.
+  const bool has_tail = head.file_bytes > newest.file_end;
+  if (has_tail) VT_CHECK(impl->file.truncate(newest.file_end));
+  // A superblock that is damaged, or that an interrupted commit or an older program left behind, gets the newest state: only then is it
+  // safe to overwrite the other one.
+  if (!chosen->is_pair()) {
+    if (has_tail) VT_CHECK(impl->sync());
+    VT_CHECK(impl->publish(newest.catalog, newest.generation + 1, newest.version));
+  }
   return StoreWriter(std::move(impl));
 }
 

@@ -48,7 +48,8 @@ class StoreWriter {
   // Makes a new store (written beside the target, then renamed into place). kExists when `path` is there already.
   [[nodiscard]] static Result<StoreWriter> create(const std::filesystem::path& path, const StoreDescription& description,
                                                   WriterOptions options = {});
-  // Opens the newest whole generation for appending and forgets what was never committed. kExists when another writer holds it.
+  // Opens the newest whole generation for appending, forgets what was never committed and mends a damaged superblock. kExists when another
+  // writer holds it. kCorrupt: also when a later generation may have been committed (StoreReader::health() is kMayBeOlder).
   [[nodiscard]] static Result<StoreWriter> open(const std::filesystem::path& path, WriterOptions options = {});
 
   StoreWriter(StoreWriter&&) noexcept;
@@ -92,7 +93,7 @@ class StoreWriter {
   // commit(), then closes. Call it: the destructor cannot report.
   [[nodiscard]] Result<void> finish();
 
-  [[nodiscard]] std::uint64_t generation() const;
+  [[nodiscard]] std::uint64_t generation() const;  // grows with every commit
   [[nodiscard]] std::uint64_t file_bytes() const;
 
  private:

@@ -11,6 +11,7 @@
 #include "store/catalog.h"
 #include "store/file.h"
 #include "store/layout.h"
+#include "store/snapshot.h"
 #include "store/tile_text.h"
 
 namespace vt::store {
@@ -32,30 +33,33 @@ bool is_error(FaultNumber number) {
   }
 }
 
+// What a reader sees that comes while a writer is writing a superblock.
+bool is_of_superblocks(FaultNumber number) {
+  return number == FaultNumber::kSuperblockDamaged || number == FaultNumber::kNoSuperblock || number == FaultNumber::kMayBeOlder;
+}
+
 enum class Presence { kAbsent, kPresent, kUnknown };
 
 // One pass over everything that the newest generation reaches, level by level from the coarsest, so that a tile's parents have been seen
 // before it.
 class StoreCheck {
  public:
-  StoreCheck(const Mapping& mapping, const ValidateOptions& options, ValidationReport& report)
-      : bytes_(mapping.bytes()), options_(options), report_(report) {}
+  // `file` was mapped after `head` was read, so that it holds all that the superblocks promise.
+  StoreCheck(const Head& head, const Mapping& file, const ValidateOptions& options, ValidationReport& report)
+      : head_(head), bytes_(file.bytes()), options_(options), report_(report) {}
 
   void run() {
-    const auto head = bytes_.first(std::min<std::size_t>(bytes_.size(), kLogStart));
-    for (int slot = 0; slot < 2 && head.size() == kLogStart; ++slot) {
-      const auto block = decode_superblock(head.subspan(static_cast<std::size_t>(slot) * kSuperblockBytes, kSuperblockBytes), slot);
-      if (!block && block.error().number == FaultNumber::kSuperblockDamaged)
-        add(block.error(), "offset " + std::to_string(slot * kSuperblockBytes));
-    }
-    const auto superblock = choose_superblock(head, bytes_.size());
-    if (!superblock) return add(superblock.error(), "superblocks");
-    end_ = superblock->file_end;
-    if (bytes_.size() > end_)
+    const auto chosen = choose_superblock(head_.bytes, head_.file_bytes);
+    if (!chosen) return add(chosen.error(), "superblocks");
+    if (chosen->damage)
+      add(chosen->may_be_older ? FaultNumber::kMayBeOlder : FaultNumber::kSuperblockDamaged, "superblocks", chosen->remark());
+    const Superblock& superblock = chosen->newest;
+    end_ = superblock.file_end;
+    if (bytes_.size() > end_ && !chosen->may_be_older)
       add(FaultNumber::kUncommittedTail, "offset " + std::to_string(end_),
           std::to_string(bytes_.size() - end_) + " bytes after the last commit belong to no generation; the next writer removes them");
 
-    if (const auto catalog = check_catalog(superblock->catalog, superblock->version)) {
+    if (const auto catalog = check_catalog(superblock.catalog, superblock.version)) {
       for (const CatalogLayer& layer : catalog->layers) total_ += layer.info.tiles;
       report_.tiles_in_store = total_;
       report_.is_sampled = options_.sample_tiles > 0 && options_.sample_tiles < total_;
@@ -300,6 +304,7 @@ class StoreCheck {
     return at.present() ? Presence::kPresent : Presence::kAbsent;
   }
 
+  const Head& head_;
   std::span<const std::byte> bytes_;
   const ValidateOptions& options_;
   ValidationReport& report_;
@@ -322,11 +327,19 @@ bool ValidationReport::ok() const {
 
 Result<ValidationReport> validate(const std::filesystem::path& path, const ValidateOptions& options) {
   VT_ASSIGN(const File file, File::open(path, File::Mode::kRead));
-  VT_ASSIGN(const std::uint64_t file_bytes, file.size());
-  VT_ASSIGN(const Mapping mapping, Mapping::map(file, file_bytes));
-  ValidationReport report;
-  StoreCheck(mapping, options, report).run();
-  return report;
+  VT_ASSIGN(Head head, read_head(file));
+  while (true) {
+    VT_ASSIGN(const Mapping mapping, Mapping::map(file, head.file_bytes));
+    ValidationReport report;
+    StoreCheck(head, mapping, options, report).run();
+    const bool has_superblock_fault = std::ranges::any_of(
+        report.findings, [](const Finding& finding) { return is_of_superblocks(static_cast<FaultNumber>(finding.number)); });
+    if (!has_superblock_fault) return report;
+    // A writer was at it just now, unless they are still the same.
+    VT_ASSIGN(Head again, read_head(file));
+    if (again.bytes == head.bytes) return report;
+    head = std::move(again);
+  }
 }
 
 }  // namespace vt::store

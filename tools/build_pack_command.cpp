@@ -6,6 +6,7 @@
 
 #include "store/pack.h"
 #include "tools/build_common.h"
+#include "tools/open_store.h"
 
 namespace vt::tools {
 namespace {
@@ -50,7 +51,7 @@ Result<int> run(const PackFlags& flags) {
   };
   const auto pack = [&]() -> Result<store::PackReport> {
     if (flags.output.empty()) return store::pack_in_place(flags.store, options);
-    VT_ASSIGN(const store::StoreReader reader, store::StoreReader::open(flags.store));
+    VT_ASSIGN(const store::StoreReader reader, cli::open_store("vtbuild", flags.store));
     return store::pack(reader, flags.output, options);
   };
   VT_ASSIGN(const store::PackReport report, pack());

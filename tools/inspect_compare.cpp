@@ -18,6 +18,7 @@
 #include "store/store_reader.h"
 #include "store/vt_mapping.h"
 #include "tools/inspect_common.h"
+#include "tools/open_store.h"
 
 namespace vt::inspect {
 
@@ -248,8 +249,8 @@ std::uint64_t tiles_of(const LayerInfo& layer) {
 }
 
 Result<Comparison> compare_stores(const CompareOptions& options) {
-  VT_ASSIGN(const store::StoreReader first, store::StoreReader::open(options.first));
-  VT_ASSIGN(const store::StoreReader second, store::StoreReader::open(options.second));
+  VT_ASSIGN(const store::StoreReader first, cli::open_store("vtinspect", options.first));
+  VT_ASSIGN(const store::StoreReader second, cli::open_store("vtinspect", options.second));
   std::vector<const LayerInfo*> wanted;
   if (options.layer.empty()) {
     for (const LayerInfo& layer : first.layers()) {
@@ -417,7 +418,7 @@ class RasterComparer {
 };
 
 Result<Comparison> compare_with_raster(const CompareOptions& options) {
-  VT_ASSIGN(const store::StoreReader reader, store::StoreReader::open(options.first));
+  VT_ASSIGN(const store::StoreReader reader, cli::open_store("vtinspect", options.first));
   VT_ASSIGN(const LayerInfo* const layer, choose_layer(reader, options.layer));
   VT_ASSIGN(const geo::Crs crs, crs_of(reader));
   VT_ASSIGN(const std::unique_ptr<source::RasterSource> raster, source::open_raster(options.second));

@@ -14,6 +14,7 @@
 #include "store/vt_mapping.h"
 #include "tools/inspect_display.h"
 #include "tools/inspect_mosaic.h"
+#include "tools/open_store.h"
 #include "tools/picture_writer.h"
 
 namespace vt::inspect {
@@ -258,7 +259,7 @@ Result<void> extract(const ExtractOptions& options, const Job& job) {
 
 Result<int> run_extract(const ExtractOptions& options) {
   VT_ASSIGN(const cli::PictureKind kind, cli::picture_kind(options.output));
-  VT_ASSIGN(const store::StoreReader reader, store::StoreReader::open(options.store));
+  VT_ASSIGN(const store::StoreReader reader, cli::open_store("vtinspect", options.store));
   VT_ASSIGN(const LayerInfo* const layer, choose_layer(reader, options.choice.layer));
   if (format_info(layer->format).samples == SampleKind::kOpaque)
     return fail(ErrorCode::kUsage, fmt::format("{}: layer {} holds {}", options.store.string(), layer->name,

@@ -14,6 +14,7 @@
 #include "tools/cli_support.h"
 #include "tools/inspect_common.h"
 #include "tools/inspect_quality.h"
+#include "tools/open_store.h"
 
 namespace vt::inspect {
 
@@ -213,7 +214,7 @@ std::string layer_table(const LayerInfo& layer, const std::vector<LevelSummary>&
 }  // namespace
 
 Result<int> run_info(const InfoOptions& options) {
-  VT_ASSIGN(const store::StoreReader reader, store::StoreReader::open(options.store));
+  VT_ASSIGN(const store::StoreReader reader, cli::open_store("vtinspect", options.store));
   if (options.names_only) {
     for (const LayerInfo& layer : reader.layers()) {
       if (layer.role == LayerRole::kTexture) cli::print(layer.name + "\n");
@@ -233,6 +234,7 @@ Result<int> run_info(const InfoOptions& options) {
       {"uuid", reader.uuid()},
       {"generation", reader.generation()},
       {"file_bytes", reader.file_bytes()},
+      {"health", cli::health_name(reader.health())},
       {"area", {{"west", area.west}, {"south", area.south}, {"east", area.east}, {"north", area.north}}},
       {"crs", crs ? nlohmann::ordered_json(crs->text()) : nlohmann::ordered_json(nullptr)},
       {"metadata", metadata},
@@ -242,6 +244,7 @@ Result<int> run_info(const InfoOptions& options) {
   text += fmt::format("  uuid        {}\n", reader.uuid());
   text += fmt::format("  generation  {}\n", reader.generation());
   text += fmt::format("  size        {} ({} bytes)\n", cli::format_bytes(reader.file_bytes()), reader.file_bytes());
+  if (reader.health() != store::StoreHealth::kWhole) text += fmt::format("  damaged     {}\n", reader.health_remark());
   text +=
       fmt::format("  area        west {:.10g}, south {:.10g}, east {:.10g}, north {:.10g}\n", area.west, area.south, area.east, area.north);
   text += fmt::format("  CRS         {}\n", crs ? crs->text() : "unreadable");

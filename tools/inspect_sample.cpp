@@ -14,6 +14,7 @@
 #include "tools/class_table.h"
 #include "tools/cli_support.h"
 #include "tools/inspect_quality.h"
+#include "tools/open_store.h"
 
 namespace vt::inspect {
 
@@ -156,7 +157,7 @@ std::string numbers_text(const std::vector<double>& numbers, bool is_exact) {
 Result<int> run_sample(const SampleOptions& options) {
   const int ways = int{!options.lonlat.empty()} + int{!options.texel.empty()} + int{!options.uv.empty()};
   if (ways != 1) return fail(ErrorCode::kUsage, "sample: give exactly one of --lonlat, --texel and --uv");
-  VT_ASSIGN(const store::StoreReader reader, store::StoreReader::open(options.store));
+  VT_ASSIGN(const store::StoreReader reader, cli::open_store("vtinspect", options.store));
   VT_ASSIGN(const LayerInfo* const layer, choose_layer(reader, options.choice.layer));
   VT_ASSIGN(const Level level, choose_level(reader, *layer, options.choice.level));
   VT_ASSIGN(const geo::Crs crs, crs_of(reader));

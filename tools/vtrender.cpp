@@ -17,6 +17,7 @@
 #include "store/store_reader.h"
 #include "tools/cli_support.h"
 #include "tools/egl_context.h"
+#include "tools/open_store.h"
 #include "tools/picture_writer.h"
 #include "tools/vtrender_gl.h"
 #include "tools/vtrender_scene.h"
@@ -223,7 +224,7 @@ Result<int> run(const Flags& flags) {
     return fail(ErrorCode::kUsage, flags.output + ": vtrender writes .png only");
   const bool shader = flags.path == "glsl";
 
-  VT_ASSIGN(store::StoreReader opened, store::StoreReader::open(flags.store));
+  VT_ASSIGN(store::StoreReader opened, cli::open_store("vtrender", flags.store));
   const auto reader = std::make_shared<const store::StoreReader>(std::move(opened));
   VT_ASSIGN(std::optional<runtime::HeightField> heights, read_heights(*reader, flags.elevation));
 

@@ -89,5 +89,32 @@ TEST_F(VtinspectInfo, ListsTextureLayersForScripts) {
   EXPECT_EQ(run({"info", "s.vts", "--names"}).out, "color\nelevation\n");
 }
 
+TEST_F(VtinspectInfo, SaysThatASuperblockIsDamaged) {
+  write_sample_store(directory_ / "s.vts");
+  EXPECT_EQ(run_json("vtinspect-info", {"info", "s.vts"})["health"], "whole");
+  EXPECT_THAT(run({"info", "s.vts"}).out, testing::Not(HasSubstr("damaged")));
+  flip_bit(directory_ / "s.vts", 4096 + 40);
+  EXPECT_EQ(run_json("vtinspect-info", {"info", "s.vts"})["health"], "one superblock");
+  const Outcome info = run({"info", "s.vts"});
+  EXPECT_EQ(info.exit_code, 0);
+  EXPECT_THAT(info.out, testing::AllOf(HasSubstr("damaged     superblock B"), HasSubstr("nothing is lost")));
+  EXPECT_EQ(run({"sample", "s.vts", "--layer", "color", "--texel", "0,0"}).err, "") << "it is the last state all the same";
+}
+
+// Of a store that a program has written which had each commit in one superblock only.
+TEST_F(VtinspectInfo, WhatMayBeOlderIsSaidByWhoeverReadsIt) {
+  std::filesystem::copy_file(std::filesystem::path(VT_SCHEMAS) / "../tests/golden/unpaired.vts", directory_ / "s.vts");
+  flip_bit(directory_ / "s.vts", 40);
+  for (const std::vector<std::string>& arguments : std::vector<std::vector<std::string>>{
+           {"info", "s.vts"}, {"sample", "s.vts", "--texel", "0,0"}, {"extract", "s.vts", "-o", "o.png"}, {"compare", "s.vts", "s.vts"}})
+    EXPECT_THAT(run(arguments).err,
+                HasSubstr("vtinspect: s.vts: superblock A: its checksum differs; it may have held a generation after 1"))
+        << arguments[0];
+  EXPECT_EQ(run_json("vtinspect-info", {"info", "s.vts"})["health"], "may be older");
+  const Outcome validated = run({"validate", "s.vts"});
+  EXPECT_EQ(validated.exit_code, 3);
+  EXPECT_THAT(validated.out, HasSubstr("error 110: superblocks: superblock A"));
+}
+
 }  // namespace
 }  // namespace vt::test

@@ -61,7 +61,7 @@ void take_page(const Bytes& file, const CatalogLayer& layer, Level level, const 
 
 Anatomy anatomy_of(const std::filesystem::path& path) {
   const Bytes file = read_file(path);
-  Anatomy anatomy{.superblock = choose_superblock(std::span(file).first(kLogStart), file.size()).value()};
+  Anatomy anatomy{.superblock = choose_superblock(std::span(file).first(kLogStart), file.size()).value().newest};
   const Reference& at = anatomy.superblock.catalog;
   anatomy.catalog = decode_catalog(std::span(file).subspan(at.offset + kRecordHeaderBytes, at.stored_bytes), anatomy.superblock.file_end,
                                    anatomy.superblock.version)
@@ -315,7 +315,7 @@ TEST_F(PackTest, TheColdStartHoldsTheUpperIndexAndTheCoarsestLevels) {
   options.cold_start_bytes = 150000;
   const PackReport report = pack_source(options);
   const Anatomy anatomy = anatomy_of(packed);
-  const ColdStart& cold = anatomy.superblock.cold_start;
+  const Extent& cold = anatomy.superblock.cold_start;
   EXPECT_EQ(cold.offset, kLogStart);
   EXPECT_EQ(cold.bytes, report.cold_start_bytes);
   EXPECT_LE(cold.bytes, options.cold_start_bytes);
@@ -337,12 +337,12 @@ TEST_F(PackTest, TheColdStartHoldsTheUpperIndexAndTheCoarsestLevels) {
 TEST_F(PackTest, AColdStartOutsideTheFileIsNone) {
   Superblock superblock{
       .generation = 2, .file_end = kLogStart + 128, .catalog = {.offset = kLogStart, .stored_bytes = 96, .kind = ReferenceKind::kCatalog}};
-  for (const ColdStart wrong : {ColdStart{1, 5}, ColdStart{kLogStart, 129}, ColdStart{kLogStart + 192, 0}, ColdStart{~std::uint64_t{0}, 1},
-                                ColdStart{kLogStart, ~std::uint64_t{0}}}) {
+  for (const Extent wrong : {Extent{1, 5}, Extent{kLogStart, 129}, Extent{kLogStart + 192, 0}, Extent{~std::uint64_t{0}, 1},
+                             Extent{kLogStart, ~std::uint64_t{0}}}) {
     superblock.cold_start = wrong;
     const auto read = decode_superblock(encode_superblock(superblock), 0);
     ASSERT_TRUE(read) << "ignorable bytes are no reason to refuse a store";
-    EXPECT_EQ(read->cold_start, ColdStart{});
+    EXPECT_EQ(read->cold_start, Extent{});
   }
   superblock.cold_start = {kLogStart + 64, 64};
   EXPECT_EQ(decode_superblock(encode_superblock(superblock), 0)->cold_start, superblock.cold_start);

@@ -334,7 +334,7 @@ TEST(NaiveStoreReader, AgreesOnEveryGenerationOfAStoreThatIsAppendedTo) {
     put(writer, color, writer.find_layer("color")->id, tile_at(0, 0, 0), 100 + version, Codec::kRaw);
     expect_agreement(path, named);
   }
-  EXPECT_EQ(NaiveStoreReader::open(path).generation(), 1U + 24);
+  EXPECT_EQ(NaiveStoreReader::open(path).generation(), 1U + 2 * 24);
 }
 
 TEST(NaiveStoreReader, AgreesOnALayerEmptiedOfItsTiles) {
