@@ -2,7 +2,6 @@
 
 #include <fcntl.h>
 #include <sys/file.h>
-#include <sys/mman.h>
 #include <sys/stat.h>
 #include <sys/uio.h>
 #include <unistd.h>
@@ -100,7 +99,8 @@ Result<void> File::read_at(std::uint64_t offset, std::span<std::byte> out) const
     if (got < 0 && errno == EINTR) continue;
     if (got < 0) return refuse("read", errno);
     if (got == 0)
-      return fail(ErrorCode::kCorrupt, path_.string() + ": ends at offset " + std::to_string(offset) + ", more was wanted; truncated?");
+      return fail(ErrorCode::kIo, path_.string() + ": ends at offset " + std::to_string(offset) +
+                                      ", where more was a moment ago; another program cuts it off or overwrites it");
     offset += static_cast<std::uint64_t>(got);
     out = out.subspan(static_cast<std::size_t>(got));
   }
@@ -200,34 +200,6 @@ Result<void> rename_into_place(const std::filesystem::path& from, const std::fil
 Result<void> replace_file(const std::filesystem::path& from, const std::filesystem::path& to, bool sync) {
   if (::rename(from.c_str(), to.c_str()) != 0) return cannot_rename(from, to, errno);
   return sync ? sync_folder_of(to) : Result<void>{};
-}
-
-Result<Mapping> Mapping::map(const File& file, std::uint64_t bytes) {
-  Mapping mapping;
-  if (bytes == 0) return mapping;
-  void* address = ::mmap(nullptr, bytes, PROT_READ, MAP_SHARED, file.descriptor(), 0);
-  if (address == MAP_FAILED) return fail(ErrorCode::kIo, file.path().string() + ": cannot map: " + reason(errno));
-  mapping.bytes_ = {static_cast<const std::byte*>(address), bytes};
-  return mapping;
-}
-
-void Mapping::read_ahead(std::uint64_t offset, std::uint64_t bytes) const {
-  assert(offset <= bytes_.size() && bytes <= bytes_.size() - offset);
-  const auto page = static_cast<std::uint64_t>(::sysconf(_SC_PAGESIZE));
-  const std::uint64_t first = offset / page * page;
-  // Only a wish: what the system does with it changes no byte.
-  if (bytes > 0) static_cast<void>(::madvise(const_cast<std::byte*>(bytes_.data()) + first, offset - first + bytes, MADV_WILLNEED));
-}
-
-Mapping::Mapping(Mapping&& other) noexcept : bytes_(std::exchange(other.bytes_, {})) {}
-
-Mapping& Mapping::operator=(Mapping&& other) noexcept {
-  std::swap(bytes_, other.bytes_);
-  return *this;
-}
-
-Mapping::~Mapping() {
-  if (!bytes_.empty()) ::munmap(const_cast<std::byte*>(bytes_.data()), bytes_.size());
 }
 
 }  // namespace vt::store

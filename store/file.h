@@ -1,4 +1,4 @@
-// One open file: positioned reads and writes that finish or fail, locking, syncing, mapping. Leaves what the bytes mean to layout.h.
+// One open file: positioned reads and writes that finish or fail, locking, syncing. Leaves what the bytes mean to layout.h.
 // Threads: read_at and write_at may be called from many at once.
 #pragma once
 
@@ -32,6 +32,7 @@ class File {
   [[nodiscard]] int descriptor() const { return fd_; }
 
   [[nodiscard]] Result<std::uint64_t> size() const;
+  // kIo also when the file ends before `out` is full.
   [[nodiscard]] Result<void> read_at(std::uint64_t offset, std::span<std::byte> out) const;
   // Two pieces, one after the other, then zeros up to a multiple of `alignment`.
   [[nodiscard]] Result<void> write_at(std::uint64_t offset, std::span<const std::byte> first, std::span<const std::byte> second = {},
@@ -60,22 +61,5 @@ class File {
 [[nodiscard]] Result<void> rename_into_place(const std::filesystem::path& from, const std::filesystem::path& to, bool sync);
 // The same, in the place of a file that is there. Who has that one open keeps it.
 [[nodiscard]] Result<void> replace_file(const std::filesystem::path& from, const std::filesystem::path& to, bool sync);
-
-// The first `bytes` of a file, read-only. When another program truncates the file, touching what it cut off raises SIGBUS, as with any
-// mapping.
-class Mapping {
- public:
-  [[nodiscard]] static Result<Mapping> map(const File& file, std::uint64_t bytes);
-  Mapping() = default;
-  Mapping(Mapping&& other) noexcept;
-  Mapping& operator=(Mapping&& other) noexcept;
-  ~Mapping();
-  [[nodiscard]] std::span<const std::byte> bytes() const { return bytes_; }
-  // Tells the system that these bytes are wanted soon, and goes on at once. Offsets inside bytes().
-  void read_ahead(std::uint64_t offset, std::uint64_t bytes) const;
-
- private:
-  std::span<const std::byte> bytes_;
-};
 
 }  // namespace vt::store

@@ -46,6 +46,8 @@ const char* reference_fault(const Reference& reference, ReferenceKind wanted, st
   const bool is_compressed = reference.codec == Codec::kZstd || reference.codec == Codec::kPredictedZstd;
   if (reference.codec != Codec::kRaw && !(is_compressed && (wanted == ReferenceKind::kTile || wanted == ReferenceKind::kSharedTile)))
     return "reference names a codec that is not allowed there";
+  if (wanted != ReferenceKind::kPage && wanted != ReferenceKind::kCatalog && reference.stored_bytes > kMaxRawBytes)
+    return "reference to a tile of over 256 MiB";
   if (reference.offset % kRecordAlignment != 0) return "reference points between records";
   if (reference.offset < kLogStart || reference.offset > file_end || reference.record_bytes() > file_end - reference.offset)
     return "reference points outside the file";

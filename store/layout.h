@@ -160,7 +160,6 @@ struct RecordHeader {
 [[nodiscard]] tl::expected<std::span<const std::byte>, const char*> check_record(std::span<const std::byte> record,
                                                                                  const Reference& reference, std::uint64_t key,
                                                                                  std::uint32_t raw_bytes);
-
 // The raw_bytes that the record of a tile of `layer` must have: those of a block or of a tile, and of a blob what the record itself says,
 // as long as that is possible. `record` is as for check_record.
 [[nodiscard]] std::uint32_t blob_bytes(std::span<const std::byte> record);  // of a blob; never 0

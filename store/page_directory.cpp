@@ -30,7 +30,7 @@ PageDirectory::Node* PageDirectory::Node::make(std::span<const std::byte> payloa
 
 void PageDirectory::Node::destroy(Node* node) { ::operator delete (node, std::align_val_t{alignof(Node)}); }
 
-PageDirectory::PageDirectory(std::span<const std::byte> file, std::span<const LayerInfo> layers) : file_(file) {
+PageDirectory::PageDirectory(const Mapping& file, std::span<const LayerInfo> layers) : file_(file.bytes()) {
   for (const LayerInfo& layer : layers) {
     first_top_.push_back(levels_.size());
     for (int level = 0; level <= layer.finest.value; ++level) levels_.push_back(Level{static_cast<std::uint8_t>(level)});
@@ -88,10 +88,16 @@ bool PageDirectory::knows(const Query& query, int height) const {
   return way.word != nullptr && way.word->load(std::memory_order_acquire) != 0;
 }
 
-void PageDirectory::remember(const Query& query, int height, const Reference& page) const {
+Reference PageDirectory::entry_of(const Reference& page, int slot) const {
+  const std::byte* payload = file_.data() + page.offset + kRecordHeaderBytes;
+  const std::optional<std::size_t> number = page_entry_number(std::span(payload, kPageEntriesAt), slot);
+  return number ? get_reference(std::span(entry_at(payload, *number), kReferenceBytes), 0) : Reference{};
+}
+
+void PageDirectory::remember(const Query& query, int height, const Reference& page, std::span<const std::byte> payload) const {
   const Way way = way_to(query, height);
   if (way.word == nullptr) return;
-  const std::size_t count = get<std::uint16_t>(file_.subspan(page.offset + kRecordHeaderBytes), 0);
+  const std::size_t count = get<std::uint16_t>(payload, 0);
   const bool is_full = count == kPageSlots;
   std::uint64_t unknown = 0;
   if (height == 0) {
@@ -100,7 +106,7 @@ void PageDirectory::remember(const Query& query, int height, const Reference& pa
   }
   const std::size_t bytes = Node::bytes_for(count);
   if (bytes_.fetch_add(bytes, std::memory_order_relaxed) + bytes <= kMaxBytes) {
-    Node* node = Node::make(file_.subspan(page.offset + kRecordHeaderBytes), count);
+    Node* node = Node::make(payload, count);
     const std::uint64_t word = reinterpret_cast<std::uint64_t>(node) | (is_full ? kFull : 0);
     if (way.word->compare_exchange_strong(unknown, word, std::memory_order_release, std::memory_order_relaxed)) return;
     Node::destroy(node);  // another thread was faster

@@ -15,14 +15,16 @@
 
 #include "store/layer.h"
 #include "store/layout.h"
+#include "store/mapping.h"
 
 namespace vt::store {
 
 class PageDirectory {
  public:
   PageDirectory() = default;
-  // `file` is the mapped file and outlives the directory; layers are counted as in `layers`.
-  PageDirectory(std::span<const std::byte> file, std::span<const LayerInfo> layers);
+  // `file` outlives the directory; layers are counted as in `layers`. The file may change under it (see mapping.h): what it says is then
+  // wrong, and it is up to its owner to find out, but it never reads outside the mapping.
+  PageDirectory(const Mapping& file, std::span<const LayerInfo> layers);
   PageDirectory(PageDirectory&& other) noexcept { swap(other); }
   PageDirectory& operator=(PageDirectory&& other) noexcept {
     swap(other);
@@ -59,9 +61,11 @@ class PageDirectory {
 
   // Whether the page of `height` on the way to the tile is known.
   [[nodiscard]] bool knows(const Query& query, int height) const;
-  // Takes up a page that was checked, if those above it are known and there is room (kMaxBytes). Without room it is checked again each
-  // time.
-  void remember(const Query& query, int height, const Reference& page) const;
+  // What such a page has in one of its slots.
+  [[nodiscard]] Reference entry_of(const Reference& page, int slot) const;
+  // Takes up a page that was checked, if those above it are known and there is space (kMaxBytes). Without space it is checked again each
+  // time. `payload` is the very bytes that were checked.
+  void remember(const Query& query, int height, const Reference& page, std::span<const std::byte> payload) const;
 
   // A dense index of 6 * 10^10 tiles; only an index of mostly empty inner pages comes near it.
   static constexpr std::size_t kMaxBytes = std::size_t{512} << 20;
@@ -125,7 +129,12 @@ class PageDirectory {
       return {.entry = payload + kPageEntriesAt + kReferenceBytes * static_cast<std::size_t>(slot), .is_known = true};
     const std::optional<std::size_t> number = page_entry_number(std::span(payload, kPageEntriesAt), slot);
     if (!number) return {.is_known = true};
-    return {.entry = payload + kPageEntriesAt + kReferenceBytes * *number, .is_known = true};
+    return {.entry = entry_at(payload, *number), .is_known = true};
+  }
+  // The page was checked, but may be another by now: its entries then end in the mapping's slack at the latest.
+  [[nodiscard]] static const std::byte* entry_at(const std::byte* payload, std::size_t number) {
+    static_assert(kRecordHeaderBytes + kMaxPageBytes <= Mapping::kSlack);
+    return payload + kPageEntriesAt + kReferenceBytes * (number % kPageSlots);
   }
   void swap(PageDirectory& other) noexcept;
   static void release(std::uint64_t word, int height);

@@ -1,5 +1,9 @@
-// Reads a store through a memory map: one generation, seen unchanged for the reader's whole life whatever a writer does meanwhile.
+// Reads a store: one generation, seen unchanged for the reader's whole life whatever a writer does meanwhile.
 // Every byte that comes from the file is checked before use. Const functions may be called from any number of threads.
+//
+// The file is a memory map, so that finding a tile costs no call of the system, reading one no copy, and an index of any size no memory of
+// ours. Other programs may cut the file off or overwrite it meanwhile, which no writer does: after guard_mappings() (mapping.h), which a
+// program may call, that ends in kIo; otherwise it may end in SIGBUS. Read errors of the disk are kIo in the same way.
 #pragma once
 
 #include <cstddef>
@@ -63,6 +67,10 @@ class StoreReader {
 
   // What was read at open(): for code of this room that copies records as they are. Lives as long as the reader.
   [[nodiscard]] const Snapshot& snapshot() const;
+
+  // kIo when another program has cut off or overwritten the file since it was opened. All that reads says so by itself; this is for whoever
+  // wants to know without reading.
+  [[nodiscard]] Result<void> check_intact() const;
 
   // What the index says; does not touch the tile itself. kCorrupt: an index page is damaged.
   [[nodiscard]] Result<TileLookup> lookup(LayerId layer, TileId tile) const;

@@ -11,6 +11,7 @@
 #include "store/catalog.h"
 #include "store/file.h"
 #include "store/layout.h"
+#include "store/mapping.h"
 #include "store/snapshot.h"
 #include "store/tile_text.h"
 
@@ -332,6 +333,9 @@ Result<ValidationReport> validate(const std::filesystem::path& path, const Valid
     VT_ASSIGN(const Mapping mapping, Mapping::map(file, head.file_bytes));
     ValidationReport report;
     StoreCheck(head, mapping, options, report).run();
+    if (mapping.is_lost())
+      return fail(ErrorCode::kIo,
+                  path.string() + ": was cut off by another program, or cannot be read from the disk; nothing can be said of it");
     const bool has_superblock_fault = std::ranges::any_of(
         report.findings, [](const Finding& finding) { return is_of_superblocks(static_cast<FaultNumber>(finding.number)); });
     if (!has_superblock_fault) return report;

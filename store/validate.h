@@ -37,7 +37,7 @@ struct ValidateOptions {
   std::function<void(std::uint64_t done, std::uint64_t total)> progress = nullptr;
 };
 
-// kIo when the file cannot be read at all; damage of any kind is a finding, not an error.
+// kIo when the file cannot be read at all, or is cut off meanwhile (see guard_mappings()); damage of any kind is a finding, not an error.
 [[nodiscard]] Result<ValidationReport> validate(const std::filesystem::path& path, const ValidateOptions& options = {});
 
 }  // namespace vt::store

@@ -13,6 +13,7 @@
 #include "builder/sample/painter.h"
 #include "store/file.h"
 #include "store/layout.h"
+#include "store/mapping.h"
 #include "store/store_reader.h"
 #include "store/store_writer.h"
 #include "store/validate.h"

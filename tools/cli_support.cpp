@@ -21,6 +21,8 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
+#include "store/mapping.h"
+
 namespace vt::cli {
 
 namespace {
@@ -116,6 +118,7 @@ int run_main(CLI::App& app, int argc, const char* const* argv, const std::functi
   // something.
   std::signal(SIGPIPE, SIG_IGN);
   std::signal(SIGXFSZ, SIG_IGN);
+  store::guard_mappings();
   try {
     try {
       app.parse(argc, argv);

@@ -33,7 +33,8 @@ void add_help_footer(CLI::App& app, std::string_view examples);
 // Parses the command line and runs `command`, whose value is the exit code. Everything that can go wrong ends here, as a line
 // `program: message` and an exit code: parse errors 1, an Error by its code, an escaped exception 4. --help and --version print and give 0.
 // Writing to a pipe whose reader has gone ends the program with exit code 2 and no message. Standard streams that the caller has closed are
-// the null device from here on, and a file over the size limit (ulimit -f) is a failed write. Call it before any file is opened.
+// the null device from here on, a file over the size limit (ulimit -f) is a failed write, and a store that is cut off under its reader an
+// Error (store/mapping.h). Call it before any file is opened.
 [[nodiscard]] int run_main(CLI::App& app, int argc, const char* const* argv, const std::function<Result<int>()>& command);
 
 // Standard output. Leaves run_main's `command` when nothing more can be written, so no caller has to check.

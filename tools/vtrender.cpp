@@ -262,18 +262,24 @@ Result<int> run(const Flags& flags) {
   VT_CHECK(renderer.start(texture, shader, flags.stages, width, height));
   std::vector<const Patch*> patches;
 
-  const auto settle = [&] {
+  const auto check_loader = [&]() -> Result<void> {
+    const std::string problem = texture.last_error();
+    if (problem.empty()) return {};
+    VT_CHECK(reader->check_intact());
+    return fail(ErrorCode::kCorrupt, problem);
+  };
+  const auto settle = [&]() -> Result<void> {
     texture.set_center(terrain.look_at(camera));
     texture.update();
     while (!texture.settled()) {
       std::this_thread::sleep_for(std::chrono::microseconds(200));
       texture.update();
     }
+    return check_loader();
   };
   const Clock::time_point start = Clock::now();
-  settle();
+  VT_CHECK(settle());
   const double settle_ms = milliseconds_since(start);
-  if (const std::string problem = texture.last_error(); !problem.empty()) return fail(ErrorCode::kCorrupt, problem);
 
   // The first draws make the driver compile; they are not what --frames is about.
   for (int warm = 0; warm < 3; ++warm) {
@@ -306,8 +312,9 @@ Result<int> run(const Flags& flags) {
     most_bytes = std::max(most_bytes, stats.upload_bytes);
     pages += static_cast<std::uint64_t>(stats.pages_completed);
     binds += static_cast<std::uint64_t>(stats.binds);
+    VT_CHECK(check_loader());
   }
-  if (flags.fly) settle();
+  if (flags.fly) VT_CHECK(settle());
 
   const View view = terrain.view(camera, width, height);
   terrain.visible(view, patches);

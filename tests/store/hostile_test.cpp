@@ -269,7 +269,7 @@ TEST(Layout, APageGivesBackEveryEntryAndRefusesEveryPrefixAndEveryWrongRank) {
     for (Reference& entry : entries) {
       if (random() % 1024 >= density) continue;
       entry = {.offset = kLogStart + 64 * (random() % 1000000U),
-               .stored_bytes = static_cast<std::uint32_t>(random()),
+               .stored_bytes = static_cast<std::uint32_t>(random() % (kMaxRawBytes + 1)),
                .check = static_cast<std::uint32_t>(random()),
                .kind = random() % 2 == 0 ? ReferenceKind::kTile : ReferenceKind::kConstant};
     }
@@ -307,6 +307,10 @@ TEST(Layout, APageRefusesEntriesOutsideItsLevelOrTheFile) {
     EXPECT_FALSE(check_page(page_with(0, bad, 0), {3}, 0, file_end)) << offset;
   }
   Reference bad = good;
+  bad.stored_bytes = kMaxRawBytes + 1;
+  EXPECT_FALSE(check_page(page_with(0, bad, 0), {3}, 0, std::uint64_t{1} << 40));
+  bad.stored_bytes = kMaxRawBytes;
+  EXPECT_TRUE(check_page(page_with(0, bad, 0), {3}, 0, std::uint64_t{1} << 40));
   bad.codec = static_cast<Codec>(7);
   EXPECT_FALSE(check_page(page_with(0, bad, 0), {3}, 0, file_end));
 }

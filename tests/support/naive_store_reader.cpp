@@ -93,6 +93,8 @@ NaiveReference read_reference(Bytes bytes, std::uint64_t at, std::uint64_t file_
   require(reference.codec == kRaw ||
               ((reference.codec == kZstd || reference.codec == kPredicted) && (reference.kind == kTile || reference.kind == kSharedTile)),
           "the reference's codec is raw, or zstd or predicted for a tile");
+  if (reference.kind == kTile || reference.kind == kConstant || reference.kind == kSharedTile)
+    require(reference.stored_bytes <= 1U << 28, "a tile is stored in 2^28 bytes at most");
   require(reference.offset % 64 == 0 && reference.offset >= kLogBegin, "the reference's offset is a multiple of 64 in the log");
   require(reference.offset + align64(32 + std::uint64_t{reference.stored_bytes}) <= file_end, "the referenced record ends before file_end");
   return reference;
