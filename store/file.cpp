@@ -53,14 +53,15 @@ Result<void> sync_folder_of(const std::filesystem::path& path) {
 }  // namespace
 
 Result<File> File::open(const std::filesystem::path& path, Mode mode) {
-  const int flags = O_CLOEXEC | (mode == Mode::kRead ? O_RDONLY : O_RDWR) | (mode == Mode::kCreate ? O_CREAT | O_EXCL : 0);
+  const bool creates = mode == Mode::kCreate || mode == Mode::kCreatePrivate;
+  const int flags = O_CLOEXEC | (mode == Mode::kRead ? O_RDONLY : O_RDWR) | (creates ? O_CREAT | O_EXCL : 0);
   File file;
   file.path_ = path;
-  file.fd_ = above_standard_streams(::open(path.c_str(), flags, 0666));
+  file.fd_ = above_standard_streams(::open(path.c_str(), flags, mode == Mode::kCreatePrivate ? 0600 : 0666));
   if (file.fd_ < 0) {
     const int error_number = errno;
     return fail(error_number == EEXIST ? ErrorCode::kExists : ErrorCode::kIo,
-                path.string() + (mode == Mode::kCreate ? ": cannot create: " : ": cannot open: ") + reason(error_number));
+                path.string() + (creates ? ": cannot create: " : ": cannot open: ") + reason(error_number));
   }
   return file;
 }
@@ -167,15 +168,29 @@ Result<bool> File::try_lock() {
   return true;
 }
 
-Result<bool> File::still_named() const {
+Result<bool> File::is_at(const std::filesystem::path& path) const {
   struct stat opened = {};
   struct stat named = {};
   if (::fstat(fd_, &opened) != 0) return refuse("stat", errno);
-  if (::stat(path_.c_str(), &named) != 0) {
+  if (::stat(path.c_str(), &named) != 0) {
     if (errno == ENOENT) return false;
-    return refuse("stat", errno);
+    return fail(ErrorCode::kIo, path.string() + ": cannot stat: " + reason(errno));
   }
   return opened.st_dev == named.st_dev && opened.st_ino == named.st_ino;
+}
+
+Result<void> File::take_owner_and_mode_of(const File& other) {
+  struct stat own = {};
+  struct stat wanted = {};
+  if (::fstat(fd_, &own) != 0) return refuse("stat", errno);
+  if (::fstat(other.fd_, &wanted) != 0) return other.refuse("stat", errno);
+  const bool is_other_owner = own.st_uid != wanted.st_uid || own.st_gid != wanted.st_gid;
+  if (is_other_owner && ::fchown(fd_, wanted.st_uid, wanted.st_gid) != 0)
+    return fail(ErrorCode::kIo, other.path_.string() + ": belongs to user " + std::to_string(wanted.st_uid) + " and group " +
+                                    std::to_string(wanted.st_gid) + ", to whom a new file in its place cannot be given: " + reason(errno) +
+                                    "; do this as that user, or write to another name");
+  if (::fchmod(fd_, wanted.st_mode & 07777) != 0) return refuse("set the permissions of", errno);
+  return {};
 }
 
 Result<void> File::close() {
@@ -197,8 +212,31 @@ Result<void> rename_into_place(const std::filesystem::path& from, const std::fil
   return sync ? sync_folder_of(to) : Result<void>{};
 }
 
-Result<void> replace_file(const std::filesystem::path& from, const std::filesystem::path& to, bool sync) {
-  if (::rename(from.c_str(), to.c_str()) != 0) return cannot_rename(from, to, errno);
+Result<void> replace_file(const std::filesystem::path& from, const std::filesystem::path& to, const File& replaced, bool sync) {
+  const auto exchange = [&] { return ::renameat2(AT_FDCWD, from.c_str(), AT_FDCWD, to.c_str(), RENAME_EXCHANGE) == 0 ? 0 : errno; };
+  const auto taken = [&] {
+    return fail(ErrorCode::kExists, to.string() + ": was replaced or removed by another program meanwhile; nothing was changed, run again");
+  };
+  int failed = exchange();
+  if (failed == 0) {
+    // Only now it is certain what had the name.
+    VT_ASSIGN(const bool is_right, replaced.is_at(from));
+    if (!is_right) {
+      if (failed = exchange(); failed != 0) return cannot_rename(from, to, failed);
+      return taken();
+    }
+    if (::unlink(from.c_str()) != 0)
+      return fail(ErrorCode::kIo, from.string() + ": the file that was replaced cannot be removed: " + reason(errno));
+  } else if (failed == EINVAL || failed == ENOSYS) {
+    // This file system cannot exchange two names; what happens between the next two calls goes unseen.
+    VT_ASSIGN(const bool is_right, replaced.is_at(to));
+    if (!is_right) return taken();
+    if (::rename(from.c_str(), to.c_str()) != 0) return cannot_rename(from, to, errno);
+  } else if (failed == ENOENT) {
+    return taken();
+  } else {
+    return cannot_rename(from, to, failed);
+  }
   return sync ? sync_folder_of(to) : Result<void>{};
 }
 

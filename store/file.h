@@ -16,8 +16,13 @@ namespace vt::store {
 
 class File {
  public:
-  enum class Mode { kRead, kReadWrite, kCreate };
-  // kNotFound is reported as kIo: to the user a missing file is the disk's answer. kCreate fails with kExists when the file is there.
+  enum class Mode {
+    kRead,
+    kReadWrite,
+    kCreate,         // also read; fails with kExists when the name is taken, by a link too
+    kCreatePrivate,  // the same, for its owner only
+  };
+  // kNotFound is reported as kIo: to the user a missing file is the disk's answer.
   // The descriptor is never 0 to 2, also when the process has closed its standard streams.
   [[nodiscard]] static Result<File> open(const std::filesystem::path& path, Mode mode);
   File() = default;
@@ -45,7 +50,10 @@ class File {
   // False when another process (or another descriptor of this one) holds the lock.
   [[nodiscard]] Result<bool> try_lock();
   // False when path() names another file by now, or nothing: something was put in the place of this one after it was opened.
-  [[nodiscard]] Result<bool> still_named() const;
+  [[nodiscard]] Result<bool> still_named() const { return is_at(path_); }
+  [[nodiscard]] Result<bool> is_at(const std::filesystem::path& path) const;
+  // Owner, group and permissions become those of `other`; kIo when they cannot.
+  [[nodiscard]] Result<void> take_owner_and_mode_of(const File& other);
   [[nodiscard]] Result<void> close();
 
  private:
@@ -59,7 +67,9 @@ class File {
 
 // Renames without ever replacing something (kExists), and makes the new name durable when `sync`.
 [[nodiscard]] Result<void> rename_into_place(const std::filesystem::path& from, const std::filesystem::path& to, bool sync);
-// The same, in the place of a file that is there. Who has that one open keeps it.
-[[nodiscard]] Result<void> replace_file(const std::filesystem::path& from, const std::filesystem::path& to, bool sync);
+// The same, in the place of `replaced`, which `to` names. Who has that one open keeps it. kExists when `to` names another file by now; then
+// nothing is changed.
+[[nodiscard]] Result<void> replace_file(const std::filesystem::path& from, const std::filesystem::path& to, const File& replaced,
+                                        bool sync);
 
 }  // namespace vt::store

@@ -4,7 +4,7 @@
 #include <cassert>
 #include <utility>
 
-#include "store/uuid.h"
+#include "store/file_beside.h"
 
 namespace vt::store {
 namespace {
@@ -15,14 +15,12 @@ constexpr std::size_t kChunkBytes = std::size_t{4} << 20;
 
 }  // namespace
 
-Result<std::unique_ptr<NewStore>> NewStore::begin(const std::filesystem::path& path, WriterOptions options) {
+Result<std::unique_ptr<NewStore>> NewStore::begin(const std::filesystem::path& path, WriterOptions options, const File* replaced) {
   std::unique_ptr<NewStore> store(new NewStore);
   store->path_ = path;
   store->options_ = std::move(options);
-  std::filesystem::path beside = path;
-  beside += ".new-" + std::to_string(get<std::uint32_t>(random_uuid(), 0));
-  VT_ASSIGN(store->file_, File::open(beside, File::Mode::kCreate));
-  store->beside_ = beside;
+  store->replaced_ = replaced;
+  VT_ASSIGN(store->file_, create_beside(path, replaced));
   store->file_.set_hook(&store->options_.before_operation);
   store->buffer_.resize(2 * kChunkBytes);
   return store;
@@ -30,7 +28,7 @@ Result<std::unique_ptr<NewStore>> NewStore::begin(const std::filesystem::path& p
 
 NewStore::~NewStore() {
   std::error_code ignored;
-  if (!beside_.empty()) std::filesystem::remove(beside_, ignored);
+  if (!is_published_ && file_.descriptor() >= 0) std::filesystem::remove(file_.path(), ignored);
 }
 
 Result<std::uint64_t> NewStore::reserve(std::uint64_t bytes) {
@@ -115,15 +113,8 @@ Result<void> NewStore::publish(const Catalog& catalog, const Seal& seal) {
   for (superblock.generation = seal.generation; superblock.generation <= seal.generation + 1; ++superblock.generation)
     VT_CHECK(file_.write_at(superblock_offset(superblock.generation), encode_superblock(superblock)));
   if (options_.sync) VT_CHECK(file_.sync());
-  if (seal.replaces) {
-    // Who could read the old file can read the new one.
-    std::error_code problem;
-    const auto permissions = std::filesystem::status(path_, problem).permissions();
-    if (!problem) std::filesystem::permissions(beside_, permissions, problem);
-    if (problem) return fail(ErrorCode::kIo, path_.string() + ": its permissions cannot be kept: " + problem.message());
-  }
-  VT_CHECK(seal.replaces ? replace_file(beside_, path_, options_.sync) : rename_into_place(beside_, path_, options_.sync));
-  beside_.clear();
+  VT_CHECK(replaced_ != nullptr ? take_place(file_, path_, *replaced_, options_.sync) : take_name(file_, path_, options_.sync));
+  is_published_ = true;
   return file_.close();
 }
 

@@ -20,8 +20,9 @@ namespace vt::store {
 
 class NewStore {
  public:
-  // Begins a file that will be called `path`.
-  [[nodiscard]] static Result<std::unique_ptr<NewStore>> begin(const std::filesystem::path& path, WriterOptions options = {});
+  // Begins a file that will be called `path`: where nothing is, or in the place of `replaced`, which outlives it.
+  [[nodiscard]] static Result<std::unique_ptr<NewStore>> begin(const std::filesystem::path& path, WriterOptions options = {},
+                                                               const File* replaced = nullptr);
   NewStore(const NewStore&) = delete;
   NewStore& operator=(const NewStore&) = delete;
   ~NewStore();  // the file goes, unless it was published
@@ -48,9 +49,8 @@ class NewStore {
     std::uint64_t generation = 0;  // the older superblock's; the newer one says one more. Both hold the same state
     std::uint64_t catalog_at = 0;  // reserved, catalog_room() long
     Extent cold_start = {};
-    bool replaces = false;  // take the place of the file that has the name; otherwise one that is there is kExists
   };
-  // Writes catalog and superblocks, makes all of it durable, and gives the file its name.
+  // Writes catalog and superblocks, makes all of it durable, and gives the file its name. kExists when another file has it by now.
   [[nodiscard]] Result<void> publish(const Catalog& catalog, const Seal& seal);
 
  private:
@@ -58,9 +58,10 @@ class NewStore {
   [[nodiscard]] Result<void> write_buffer(std::size_t bytes);  // from its front
 
   std::filesystem::path path_;
-  std::filesystem::path beside_;  // its name until it is whole; empty before and afterwards
   WriterOptions options_;
+  const File* replaced_ = nullptr;
   File file_;
+  bool is_published_ = false;
   std::uint64_t end_ = kLogStart;
   std::vector<std::byte> buffer_;        // records on their way to the file...
   std::size_t buffered_ = 0;             // ...of which so many bytes are filled...

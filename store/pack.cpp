@@ -11,6 +11,7 @@
 
 #include "store/catalog.h"
 #include "store/file.h"
+#include "store/file_beside.h"
 #include "store/index_builder.h"
 #include "store/index_cursor.h"
 #include "store/layout.h"
@@ -148,7 +149,7 @@ struct HashSharedRecord {
 struct Identity {
   Uuid uuid = {};
   std::uint64_t generation = 0;
-  bool replaces = false;
+  const File* replaces = nullptr;
 };
 
 class Packing {
@@ -222,8 +223,7 @@ class Packing {
     VT_CHECK(target_.publish(catalog_, {.uuid = identity.uuid,
                                         .generation = identity.generation,
                                         .catalog_at = catalog_at,
-                                        .cold_start = {.offset = kLogStart, .bytes = report_.cold_start_bytes},
-                                        .replaces = identity.replaces}));
+                                        .cold_start = {.offset = kLogStart, .bytes = report_.cold_start_bytes}}));
     return report_;
   }
 
@@ -373,11 +373,14 @@ class Packing {
 
 Result<PackReport> pack_snapshot(const Snapshot& source, const std::filesystem::path& path, const Identity& identity,
                                  const PackOptions& options) {
-  VT_ASSIGN(const std::unique_ptr<NewStore> target, NewStore::begin(path, options.writer));
+  std::vector<std::filesystem::path> leftovers = remove_leftovers(path);
+  VT_ASSIGN(const std::unique_ptr<NewStore> target, NewStore::begin(path, options.writer, identity.replaces));
   Packing packing(source, *target, options);
   VT_CHECK(packing.choose_layers());
   VT_CHECK(packing.check_room_on_disk(path.has_parent_path() ? path.parent_path() : std::filesystem::path(".")));
-  return packing.run(identity);
+  VT_ASSIGN(PackReport report, packing.run(identity));
+  report.removed_leftovers = std::move(leftovers);
+  return report;
 }
 
 }  // namespace
@@ -406,8 +409,8 @@ Result<PackReport> pack_in_place(const std::filesystem::path& path, const PackOp
   std::error_code problem;
   const std::filesystem::path real = std::filesystem::canonical(path, problem);
   if (problem) return fail(ErrorCode::kIo, path.string() + ": cannot be found again: " + problem.message());
-  return pack_snapshot(source, real, {.uuid = source.superblock.uuid, .generation = source.superblock.generation + 1, .replaces = true},
-                       options);
+  return pack_snapshot(source, real,
+                       {.uuid = source.superblock.uuid, .generation = source.superblock.generation + 1, .replaces = &source.file}, options);
 }
 
 }  // namespace vt::store

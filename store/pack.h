@@ -36,7 +36,8 @@ struct PackReport {
     int cold_levels = 0;
   };
   std::vector<Layer> layers;
-  std::vector<std::string> dropped_layers;  // carry layers that stayed behind
+  std::vector<std::string> dropped_layers;               // carry layers that stayed behind
+  std::vector<std::filesystem::path> removed_leftovers;  // of killed writers of the same store
 };
 
 // Writes what `reader` sees as a new store with a UUID of its own. Memory is a few pages of the index and a table of shared records.
@@ -44,9 +45,10 @@ struct PackReport {
 // names it. kIo: also when the disk has no room. After any error there is no file at `path` and none beside it.
 [[nodiscard]] Result<PackReport> pack(const StoreReader& reader, const std::filesystem::path& path, const PackOptions& options = {});
 
-// Packs a store into a file beside it and puts that in its place. The store keeps its UUID; its generation goes on. Readers that have the
-// old file open keep it. kExists: a writer has the store open. kCorrupt: also when StoreReader::health() is kMayBeOlder. After any error the
-// store is as it was.
+// Packs a store into a file beside it and puts that in its place. The store keeps its UUID, its owner and its permissions; its generation
+// goes on. Nobody can write to it meanwhile, and a file that gets its name meanwhile keeps it (kExists). Readers that have the old file
+// open keep it. kExists: a writer has the store open. kCorrupt: also when StoreReader::health() is kMayBeOlder. After any error the store
+// is as it was.
 [[nodiscard]] Result<PackReport> pack_in_place(const std::filesystem::path& path, const PackOptions& options = {});
 
 }  // namespace vt::store

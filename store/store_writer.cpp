@@ -10,6 +10,7 @@
 
 #include "store/catalog.h"
 #include "store/file.h"
+#include "store/file_beside.h"
 #include "store/known_payloads.h"
 #include "store/layout.h"
 #include "store/page_cache.h"
@@ -38,6 +39,7 @@ struct StoreWriter::Impl final : PageCache::Log {
   Uuid uuid = {};
   std::uint64_t generation = 0;
   Extent cold_start;  // handed on from commit to commit
+  std::vector<std::filesystem::path> removed_leftovers;
   StoreDescription description;
 
   // Guards everything below. Held while the index is read or changed, never while a tile is hashed, written or read.
@@ -220,23 +222,16 @@ Result<StoreWriter> StoreWriter::create(const std::filesystem::path& path, const
   impl->uuid = random_uuid();
   impl->description = description;
 
-  std::filesystem::path beside = path;
-  beside += ".new-" + std::to_string(get<std::uint32_t>(impl->uuid, 0));
-  VT_ASSIGN(impl->file, File::open(beside, File::Mode::kCreate));
+  impl->removed_leftovers = remove_leftovers(path);
+  VT_ASSIGN(impl->file, create_beside(path));
   impl->file.set_hook(&impl->options.before_operation);
-
-  const auto fill = [&]() -> Result<void> {
-    VT_ASSIGN(const bool locked, impl->file.try_lock());
-    if (!locked) return fail(ErrorCode::kInternal, beside.string() + ": a new file is locked");
-    VT_ASSIGN(const Reference catalog, impl->append_generation());
-    VT_CHECK(impl->publish(catalog, 0));
-    return rename_into_place(beside, path, impl->options.sync);
-  };
-  if (auto filled = fill(); !filled) {
-    std::filesystem::remove(beside, ignored);
+  const auto filled = impl->append_generation().and_then([&](const Reference& catalog) { return impl->publish(catalog, 0); }).and_then([&] {
+    return take_name(impl->file, path, impl->options.sync);
+  });
+  if (!filled) {
+    std::filesystem::remove(impl->file.path(), ignored);
     return tl::unexpected(filled.error());
   }
-  impl->file.set_name(path);
   return StoreWriter(std::move(impl));
 }
 
@@ -251,6 +246,8 @@ Result<StoreWriter> StoreWriter::open(const std::filesystem::path& path, WriterO
   // Packing puts another file in the place of this one; what is appended to a file without a name is lost.
   VT_ASSIGN(const bool is_current, impl->file.still_named());
   if (!is_current) return fail(ErrorCode::kExists, path.string() + ": was replaced by another store at this moment; run again");
+
+  impl->removed_leftovers = remove_leftovers(path);
 
   VT_ASSIGN(const Head head, read_head(impl->file));
   const auto refused = [&](const Fault& found) { return fail(found.code, path.string() + ": " + found.sentence); };
@@ -292,6 +289,8 @@ Result<StoreWriter> StoreWriter::open(const std::filesystem::path& path, WriterO
 }
 
 const StoreDescription& StoreWriter::description() const { return impl_->description; }
+
+const std::vector<std::filesystem::path>& StoreWriter::removed_leftovers() const { return impl_->removed_leftovers; }
 
 std::vector<LayerInfo> StoreWriter::layers() const {
   const std::lock_guard lock(impl_->mutex);
@@ -631,8 +630,17 @@ Result<void> StoreWriter::commit() {
 Result<void> StoreWriter::finish() {
   const std::lock_guard lock(impl_->mutex);
   VT_CHECK(impl_->commit_locked());
-  impl_->broken = Error{ErrorCode::kUsage, impl_->file.path().string() + ": this writer is finished; open the store again"};
-  return impl_->file.close();
+  const std::string name = impl_->file.path().string();
+  impl_->broken = Error{ErrorCode::kUsage, name + ": this writer is finished; open the store again"};
+  const auto is_named = impl_->file.still_named();
+  VT_CHECK(impl_->file.close());
+  VT_CHECK(is_named);
+  if (!*is_named)
+    return fail(ErrorCode::kIo,
+                name +
+                    ": was moved, removed or replaced by another program while it was written; what was written is in the file "
+                    "that had the name before");
+  return {};
 }
 
 std::uint64_t StoreWriter::generation() const {

@@ -57,6 +57,8 @@ class StoreWriter {
   ~StoreWriter();  // drops what was not committed
 
   [[nodiscard]] const StoreDescription& description() const;
+  // What killed writers of this store had left beside it, and create() or open() removed. Tell your user.
+  [[nodiscard]] const std::vector<std::filesystem::path>& removed_leftovers() const;
   [[nodiscard]] std::vector<LayerInfo> layers() const;  // with current counts
   [[nodiscard]] std::optional<LayerInfo> find_layer(std::string_view name) const;
 
@@ -90,7 +92,7 @@ class StoreWriter {
 
   // Makes everything put so far durable and visible, as one step.
   [[nodiscard]] Result<void> commit();
-  // commit(), then closes. Call it: the destructor cannot report.
+  // commit(), then closes. Call it: the destructor cannot report. kIo also when the store's name leads to another file by now, or to none.
   [[nodiscard]] Result<void> finish();
 
   [[nodiscard]] std::uint64_t generation() const;  // grows with every commit

@@ -50,6 +50,11 @@ Result<std::size_t> parse_bytes(const std::string& text) {
   return static_cast<std::size_t>(bytes);
 }
 
+void print_leftovers(const std::vector<std::filesystem::path>& removed) {
+  for (const std::filesystem::path& path : removed)
+    cli::print_note("vtbuild", "removed " + path.string() + ", which a program that was stopped had left");
+}
+
 Result<std::size_t> BuildFlags::memory_bytes() const { return parse_bytes(memory); }
 
 Result<cli::ProgressMode> BuildFlags::progress_mode() const {
@@ -125,6 +130,7 @@ Result<int> build_layers(const std::filesystem::path& path, std::vector<pipeline
   }
 
   VT_ASSIGN(store::StoreWriter writer, pipeline::open_or_create(path, plans.front().crs, area));
+  print_leftovers(writer.removed_leftovers());
   nlohmann::ordered_json layers = nlohmann::ordered_json::array();
   for (std::size_t i = 0; i < plans.size(); ++i) {
     pipeline::LayerPlan& plan = plans[i];

@@ -42,6 +42,9 @@ struct BuildFlags {
 // "512M", "2G", "800000000".
 [[nodiscard]] Result<std::size_t> parse_bytes(const std::string& text);
 
+// Names what a writer of the store has cleared away.
+void print_leftovers(const std::vector<std::filesystem::path>& removed);
+
 // Builds the layers in order into the store at `path`, made for `area` in the plans' CRS when it does not exist.
 // A plan's sources are closed when its layer is built.
 [[nodiscard]] Result<int> build_layers(const std::filesystem::path& path, std::vector<pipeline::LayerPlan> plans, const Area& area,

@@ -57,6 +57,7 @@ Result<int> run(const PackFlags& flags) {
   VT_ASSIGN(const store::PackReport report, pack());
   progress.set_total(report.tiles);
   progress.finish();
+  print_leftovers(report.removed_leftovers);
   print_report(flags, report);
   return 0;
 }

@@ -32,6 +32,7 @@ std::uint64_t garbage_of(const LayerInfo& layer) {
 
 Result<int> run(const RemoveFlags& flags) {
   VT_ASSIGN(store::StoreWriter writer, store::StoreWriter::open(flags.store));
+  print_leftovers(writer.removed_leftovers());
   const std::vector<LayerInfo> before = writer.layers();
 
   // All names are known before anything goes.
