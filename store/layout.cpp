@@ -106,7 +106,8 @@ std::uint32_t wanted_raw_bytes(const LayerInfo& layer, ReferenceKind kind, std::
 // ---- Superblocks ----
 //
 //   0 "VTSTORE1"    8 u32 version    12 u32 reserved    16 uuid    32 u64 generation    40 u64 file end    48 catalog reference
-//  64 u64 cold start's offset   72 u64 its bytes   80 u64 paired   88 ignorable   128 reserved   4088 u64 hash of bytes 0..4087
+//  64 u64 cold start's offset   72 u64 its bytes   80 u64 paired   88 u64 catalog space   96 u64 spare catalog's offset   104 u64 its bytes
+// 112 ignorable   128 reserved   4088 u64 hash of bytes 0..4087
 
 std::array<std::byte, kSuperblockBytes> encode_superblock(const Superblock& superblock) {
   std::array<std::byte, kSuperblockBytes> block = {};
@@ -119,6 +120,9 @@ std::array<std::byte, kSuperblockBytes> encode_superblock(const Superblock& supe
   put<std::uint64_t>(block, 64, superblock.cold_start.offset);
   put<std::uint64_t>(block, 72, superblock.cold_start.bytes);
   put<std::uint64_t>(block, 80, superblock.is_paired ? 1 : 0);
+  put<std::uint64_t>(block, 88, superblock.catalog_space);
+  put<std::uint64_t>(block, 96, superblock.spare_catalog.offset);
+  put<std::uint64_t>(block, 104, superblock.spare_catalog.bytes);
   put<std::uint64_t>(block, kSuperblockHashAt, hash_bytes(std::span(block).first(kSuperblockHashAt)));
   return block;
 }
@@ -155,9 +159,16 @@ Checked<Superblock> decode_superblock(std::span<const std::byte> block, int slot
   if (superblock.catalog.stored_bytes > kMaxCatalogBytes)
     return fault(FaultNumber::kCatalogReference, ErrorCode::kInvalidData, name + ", catalog: over 64 MiB");
   // Ignorable bytes: an extent that makes no sense is none.
-  const Extent hint{.offset = get<std::uint64_t>(block, 64), .bytes = get<std::uint64_t>(block, 72)};
-  if (hint.offset >= kLogStart && hint.offset <= superblock.file_end && hint.bytes <= superblock.file_end - hint.offset)
-    superblock.cold_start = hint;
+  const auto hint_at = [&](std::size_t at) {
+    const Extent hint{.offset = get<std::uint64_t>(block, at), .bytes = get<std::uint64_t>(block, at + 8)};
+    const bool is_inside =
+        hint.offset >= kLogStart && hint.offset <= superblock.file_end && hint.bytes <= superblock.file_end - hint.offset;
+    return is_inside ? hint : Extent{};
+  };
+  superblock.cold_start = hint_at(64);
+  superblock.spare_catalog = hint_at(96);
+  if (const auto space = get<std::uint64_t>(block, 88); space <= superblock.file_end - superblock.catalog.offset)
+    superblock.catalog_space = space;
   superblock.is_paired = get<std::uint64_t>(block, 80) == 1;
   return superblock;
 }

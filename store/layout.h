@@ -187,6 +187,10 @@ struct Superblock {
   Extent cold_start;
   // Written by a writer that keeps every commit in both superblocks, so that this one is enough when the other is damaged.
   bool is_paired = false;
+  // Space for catalogs: what lies behind the catalog's record for it to grow into, and where a later catalog may go, which is where an
+  // earlier one lay. Hints: a writer looks at what is there before it writes.
+  std::uint64_t catalog_space = 0;  // bytes from the catalog's offset on; 0: no more than its record
+  Extent spare_catalog;
 };
 
 // Even generations lie in slot 0 (offset 0), odd ones in slot 1 (offset 4096).

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "store/catalog.h"
+#include "store/catalog_space.h"
 #include "store/file.h"
 #include "store/file_beside.h"
 #include "store/known_payloads.h"
@@ -39,6 +40,7 @@ struct StoreWriter::Impl final : PageCache::Log {
   Uuid uuid = {};
   std::uint64_t generation = 0;
   Extent cold_start;  // handed on from commit to commit
+  CatalogSpace catalogs;
   std::vector<std::filesystem::path> removed_leftovers;
   StoreDescription description;
 
@@ -174,8 +176,14 @@ struct StoreWriter::Impl final : PageCache::Log {
   // The state whose records are on the disk becomes the store's, in both superblocks: first in the place of the older one, and when that is
   // safe in the place of the other. So a commit that has returned is never in one superblock alone.
   [[nodiscard]] Result<void> publish(const Reference& catalog, std::uint64_t first, std::uint32_t version = kFormatVersion) {
-    Superblock superblock{
-        .version = version, .uuid = uuid, .file_end = end, .catalog = catalog, .cold_start = cold_start, .is_paired = true};
+    Superblock superblock{.version = version,
+                          .uuid = uuid,
+                          .file_end = end,
+                          .catalog = catalog,
+                          .cold_start = cold_start,
+                          .is_paired = true,
+                          .catalog_space = catalogs.current().bytes,
+                          .spare_catalog = catalogs.spare()};
     for (superblock.generation = first; superblock.generation <= first + 1; ++superblock.generation) {
       VT_CHECK(file.write_at(superblock_offset(superblock.generation), encode_superblock(superblock)));
       VT_CHECK(sync());
@@ -191,9 +199,21 @@ struct StoreWriter::Impl final : PageCache::Log {
   [[nodiscard]] Result<Reference> append_generation() {
     VT_CHECK(pages.flush());
     VT_ASSIGN(const std::vector<std::byte> payload, encode_catalog({.description = description, .layers = layers}));
-    VT_ASSIGN(const Reference catalog, append(RecordType::kCatalog, 0, payload));
+    const auto bytes = static_cast<std::uint32_t>(payload.size());
+    RecordHeader header{.type = RecordType::kCatalog, .raw_bytes = bytes, .stored_bytes = bytes};
+    const auto sealed = seal_record(header, payload);
+    VT_ASSIGN(Extent place, catalogs.next(aligned(sealed.size() + payload.size()), file));
+    if (place.offset == 0) {
+      VT_ASSIGN(place.offset, reserve(place.bytes));
+    }
+    // To the end of its space, so that zeros are all that is behind it.
+    std::vector<std::byte> record(place.bytes);
+    std::ranges::copy(payload, std::ranges::copy(sealed, record.begin()).out);
+    VT_CHECK(file.write_at(place.offset, record));
     VT_CHECK(sync());
-    return catalog;
+    catalogs.take(place);
+    return Reference{
+        .offset = place.offset, .stored_bytes = bytes, .check = static_cast<std::uint32_t>(header.hash), .kind = ReferenceKind::kCatalog};
   }
   [[nodiscard]] Result<void> commit_locked() {
     VT_CHECK(check_usable());
@@ -272,6 +292,7 @@ Result<StoreWriter> StoreWriter::open(const std::filesystem::path& path, WriterO
   impl->uuid = newest.uuid;
   impl->generation = newest.generation;
   impl->cold_start = newest.cold_start;
+  impl->catalogs = CatalogSpace(newest);
   impl->end = impl->written_back = newest.file_end;
   impl->description = std::move(catalog->description);
   impl->layers = std::move(catalog->layers);

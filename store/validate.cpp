@@ -34,9 +34,11 @@ bool is_error(FaultNumber number) {
   }
 }
 
-// What a reader sees that comes while a writer is writing a superblock.
-bool is_of_superblocks(FaultNumber number) {
-  return number == FaultNumber::kSuperblockDamaged || number == FaultNumber::kNoSuperblock || number == FaultNumber::kMayBeOlder;
+// What one also finds who comes while a writer is at it: a superblock half written, or a new catalog where the one was that it led to.
+bool may_be_a_writer(const Finding& finding) {
+  const auto number = static_cast<FaultNumber>(finding.number);
+  return number == FaultNumber::kSuperblockDamaged || number == FaultNumber::kNoSuperblock || number == FaultNumber::kMayBeOlder ||
+         number == FaultNumber::kCatalogRecord;
 }
 
 enum class Presence { kAbsent, kPresent, kUnknown };
@@ -336,10 +338,8 @@ Result<ValidationReport> validate(const std::filesystem::path& path, const Valid
     if (mapping.is_lost())
       return fail(ErrorCode::kIo,
                   path.string() + ": was cut off by another program, or cannot be read from the disk; nothing can be said of it");
-    const bool has_superblock_fault = std::ranges::any_of(
-        report.findings, [](const Finding& finding) { return is_of_superblocks(static_cast<FaultNumber>(finding.number)); });
-    if (!has_superblock_fault) return report;
-    // A writer was at it just now, unless they are still the same.
+    if (std::ranges::none_of(report.findings, may_be_a_writer)) return report;
+    // One was, unless the superblocks are still the same.
     VT_ASSIGN(Head again, read_head(file));
     if (again.bytes == head.bytes) return report;
     head = std::move(again);

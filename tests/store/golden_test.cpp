@@ -507,7 +507,9 @@ std::string dump(const Bytes& store) {
              {16, "reference to the catalog"},
              {16, "cold start: none"},
              {8, "paired"},
-             {40, "ignorable"},
+             {8, "catalog space"},
+             {16, "spare catalog: that of generations 0 and 1"},
+             {16, "ignorable"},
              {3960, "reserved"},
              {8, "hash of the 4088 bytes before"}});
   };
