@@ -163,6 +163,7 @@ struct StoreWriter::Impl final : PageCache::Log {
       take(info.tiles, 1);
       take(info.constant_tiles, old->kind == ReferenceKind::kConstant ? 1 : 0);
       take(info.stored_bytes, old->record_bytes());
+      info.constant_tiles = std::min(info.constant_tiles, info.tiles);
     }
     if (reference.present()) {
       info.tiles += 1;
@@ -206,6 +207,9 @@ struct StoreWriter::Impl final : PageCache::Log {
     if (place.offset == 0) {
       VT_ASSIGN(place.offset, reserve(place.bytes));
     }
+    // A writer never commits what its reader refuses. It would be a store that came to it with fields that contradict each other.
+    if (const auto readable = decode_catalog(payload, end, kFormatVersion); !readable)
+      return refuse(ErrorCode::kCorrupt, "not committed, since no reader would take it: " + readable.error().sentence);
     // To the end of its space, so that zeros are all that is behind it.
     std::vector<std::byte> record(place.bytes);
     std::ranges::copy(payload, std::ranges::copy(sealed, record.begin()).out);

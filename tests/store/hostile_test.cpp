@@ -230,6 +230,108 @@ TEST(HostileStore, ChangedFieldsUnderRightChecksumsNeverCrash) {
   EXPECT_GT(opened, 1000);
 }
 
+// Every change that a writer has, to every tile of the store and to a new one. False when it refused.
+bool write_to(const std::filesystem::path& path, const Contents& truth, unsigned order) {
+  auto writer = StoreWriter::open(path, {.sync = false});
+  if (!writer) return false;
+  for (const LayerInfo& layer : writer->layers()) {
+    if (layer.tile_payload_bytes() > (std::size_t{1} << 16) || layer.holds_blobs()) continue;
+    const Bytes block(format_info(layer.format).block_bytes);
+    for (const auto& [name, unused] : truth) {
+      const TileId tile = name.second;
+      if (order % 4 != 0) static_cast<void>(writer->put_constant(layer.id, tile, block));
+      if (order % 4 == 1) static_cast<void>(writer->put(layer.id, tile, encoded(tile_bytes(layer, tile, 5))));
+      if (order % 4 == 2) static_cast<void>(writer->remove(layer.id, tile));
+    }
+    if (order % 3 == 0) static_cast<void>(writer->set_metadata(layer.id, R"({"written":true})"));
+  }
+  LayerInfo carry = small_layer("carry", TexelFormat::kRgba8, 2, 1);
+  carry.role = LayerRole::kCarry;
+  if (!writer->layers().empty()) carry.owner = writer->layers().back().id;
+  static_cast<void>(writer->add_layer(carry));
+  static_cast<void>(writer->add_layer(small_layer("new", TexelFormat::kRgb8, 2, 1)));
+  if (order % 4 == 3 && !writer->layers().empty()) static_cast<void>(writer->remove_layer(writer->layers().front().id));
+  return writer->finish().has_value();
+}
+
+// A writer takes up what it finds in a store, and its readers find it again.
+TEST(HostileStore, AWriterNeverCommitsWhatItsReaderRefuses) {
+  const Victim victim = make_victim();
+  const MemoryFile file(victim.bytes);
+  // The records that a writer takes up: catalogs and pages.
+  std::vector<std::size_t> places;
+  for (std::size_t at = 0; at < 136; ++at) places.push_back(at);
+  for (std::uint64_t at = kLogStart; at + kRecordHeaderBytes <= victim.bytes.size(); at += kRecordAlignment) {
+    const auto type = static_cast<RecordType>(get<std::uint8_t>(victim.bytes, at + 12));
+    if (get<std::uint32_t>(victim.bytes, at + 8) != 0x43525456 || (type != RecordType::kCatalog && type != RecordType::kPage)) continue;
+    for (std::size_t i = 0; i < kRecordHeaderBytes + get<std::uint32_t>(victim.bytes, at + 20); ++i) places.push_back(at + i);
+  }
+  int committed = 0;
+  int refused = 0;
+  unsigned order = 0;
+  const auto attack = [&](const Bytes& changed) {
+    Bytes sealed = changed;
+    reseal(sealed);
+    file.assign(sealed);
+    const bool opened = StoreReader::open(file.path()).has_value();
+    const bool was_valid = value_of(validate(file.path())).ok();
+    const bool is_written = write_to(file.path(), victim.truth, order++);
+    (is_written ? committed : refused) += 1;
+    EXPECT_TRUE(!is_written || opened);
+    const auto after = StoreReader::open(file.path());
+    EXPECT_EQ(after.has_value(), opened) << (after ? std::string() : after.error().message);
+    if (was_valid) {
+      EXPECT_TRUE(value_of(validate(file.path())).ok());
+    }
+  };
+  for (const std::size_t at : places) {
+    for (const std::byte value : {victim.bytes[at] ^ std::byte{0x01}, std::byte{0xFF}}) {
+      if (value == victim.bytes[at]) continue;
+      Bytes changed = victim.bytes;
+      changed[at] = value;
+      ASSERT_NO_FATAL_FAILURE(attack(changed));
+      if (HasFailure()) FAIL() << "byte " << at << " is " << std::to_integer<int>(value);
+    }
+  }
+  std::mt19937 random(8);
+  for (int i = 0; i < 1000; ++i) {
+    Bytes changed = victim.bytes;
+    for (int k = 0; k < 3; ++k) changed[places[random() % places.size()]] = static_cast<std::byte>(random());
+    ASSERT_NO_FATAL_FAILURE(attack(changed));
+    if (HasFailure()) FAIL() << "case " << i;
+  }
+  EXPECT_GT(committed, 1000);
+  EXPECT_GT(refused, 500);
+}
+
+// Counts that a forged catalog has too low: each tile that is replaced takes from them what was never there.
+TEST(HostileStore, CountsThatAreTooLowStayReadable) {
+  const TempFolder folder;
+  const auto path = folder / "a.vts";
+  const LayerInfo layer = small_layer("color", TexelFormat::kRgb8, 2, 1);
+  {
+    StoreWriter writer = value_of(StoreWriter::create(path, {}));
+    const LayerId id = value_of(writer.add_layer(layer));
+    for (std::uint32_t x = 0; x < 2; ++x) succeed(writer.put(id, tile_at(1, x, 0), encoded(tile_bytes(layer, tile_at(1, x, 0)))));
+    succeed(writer.finish());
+  }
+  Bytes bytes = read_file(path);
+  const std::uint64_t entry =
+      choose_superblock(std::span(bytes).first(kLogStart), bytes.size())->newest.catalog.offset + kRecordHeaderBytes + 48;
+  put<std::uint64_t>(bytes, entry + 96, 1);   // tiles
+  put<std::uint64_t>(bytes, entry + 104, 1);  // of them constant
+  put<std::uint64_t>(bytes, entry + 112, 0);  // bytes
+  reseal(bytes);
+  write_file(path, bytes);
+  ASSERT_TRUE(StoreReader::open(path));
+  StoreWriter writer = value_of(StoreWriter::open(path));
+  for (std::uint32_t x = 0; x < 2; ++x) succeed(writer.put_constant(LayerId{0}, tile_at(1, x, 0), Bytes(3)));
+  succeed(writer.finish());
+  const auto reader = StoreReader::open(path);
+  ASSERT_TRUE(reader) << reader.error().message;
+  EXPECT_EQ(read_all(*reader).size(), 2U);
+}
+
 // ---- The structures one by one, in buffers of exact size ----
 
 TEST(Layout, EveryPrefixOfACatalogIsRefused) {
