@@ -80,13 +80,28 @@ class LevelCopy final : public IndexBuilder::Sink {
 
   // Copying: begin, then take entry() and put() its copy until there is none, then finish.
   [[nodiscard]] Result<void> begin() {
+    const LayerInfo& layer = source_.layers[layer_];
     cursor_.emplace(source_, layer_, level_);
-    builder_.emplace(*this, source_.layers[layer_].id, level_);
+    builder_.emplace(*this, layer.id, level_);
+    // A build goes from the finest level up, and carry layers keep only what a later build needs; everywhere else a tile has its parent.
+    if (layer.role == LayerRole::kTexture && layer.state == LayerState::kComplete && level_.value > 0)
+      parents_.emplace(source_, layer_, Level{static_cast<std::uint8_t>(level_.value - 1)});
     return advance();
   }
   [[nodiscard]] bool has_entry() const { return has_entry_; }
   [[nodiscard]] const Reference& entry() const { return cursor_->entry(); }
   [[nodiscard]] std::uint64_t morton() const { return cursor_->morton(); }
+  // Whether the entry has a parent, where it should. Parents come in the order of their children.
+  [[nodiscard]] Result<bool> has_parent() {
+    if (!parents_) return true;
+    const std::uint64_t wanted = morton() >> 2;
+    while (!has_passed_parent_ && (!parent_ || *parent_ < wanted)) {
+      VT_ASSIGN(const bool found, parents_->next());
+      has_passed_parent_ = !found;
+      if (found) parent_ = parents_->morton();
+    }
+    return !has_passed_parent_ && parent_ == wanted;
+  }
   [[nodiscard]] Result<void> put(const Reference& copy) {
     VT_CHECK(builder_->add(cursor_->morton(), copy));
     return advance();
@@ -97,6 +112,7 @@ class LevelCopy final : public IndexBuilder::Sink {
       if (room.next != room.end) return fail(ErrorCode::kInternal, "pack: the index is not as long as it was measured");
     cursor_.reset();
     builder_.reset();
+    parents_.reset();
     is_done_ = true;
     return root;
   }
@@ -129,6 +145,9 @@ class LevelCopy final : public IndexBuilder::Sink {
   std::array<PageRoom, kHeights> rooms_ = {};  // by height
   std::optional<IndexCursor> cursor_;
   std::optional<IndexBuilder> builder_;
+  std::optional<IndexCursor> parents_;  // goes through the level above in step
+  std::optional<std::uint64_t> parent_;
+  bool has_passed_parent_ = false;  // the level above has come to its end
   bool has_entry_ = false;
   bool is_done_ = false;
 };
@@ -138,6 +157,13 @@ struct SharedRecord {
   std::uint64_t offset = 0;
   std::size_t raw_bytes = 0;
   bool operator==(const SharedRecord&) const = default;
+};
+// Its copy, and the formats in which it is known to decode: tiles of two layers may share it and differ in that.
+struct SharedCopy {
+  Reference reference;
+  std::uint64_t formats = 0;  // a bit each
+
+  [[nodiscard]] static std::uint64_t bit_of(TexelFormat format) { return std::uint64_t{1} << static_cast<unsigned>(format); }
 };
 struct HashSharedRecord {
   std::size_t operator()(const SharedRecord& record) const {
@@ -305,7 +331,10 @@ class Packing {
 
   [[nodiscard]] Result<void> copy_tile(std::size_t layer, LevelCopy& level) {
     LayerInfo& info = catalog_.layers[layer].info;
-    VT_ASSIGN(const Reference copy, copy_record(info, level.entry(), tile_from_morton(level.level(), level.morton())));
+    const TileId tile = tile_from_morton(level.level(), level.morton());
+    VT_ASSIGN(const bool has_parent, level.has_parent());
+    if (!has_parent) return damaged(info, tile, "its parent is absent, so readers coming from above never find it");
+    VT_ASSIGN(const Reference copy, copy_record(info, level.entry(), tile));
     VT_CHECK(level.put(copy));
     info.tiles += 1;
     info.constant_tiles += copy.kind == ReferenceKind::kConstant ? 1 : 0;
@@ -331,30 +360,55 @@ class Packing {
       if (const auto known = shared_.find(record); known != shared_.end()) {
         last_shared_ = known->second;
       } else {
-        VT_ASSIGN(last_shared_, copy_bytes(info, from, tile, 0));
+        VT_ASSIGN(last_shared_.reference, copy_bytes(info, from, tile, 0));
+        last_shared_.formats = SharedCopy::bit_of(info.format);
         if (shared_.size() >= kMaxSharedRecords) shared_.clear();
         shared_.emplace(record, last_shared_);
       }
       last_shared_from_ = record;
     }
-    // Every reference says for itself what it expects to find.
+    // Every reference says for itself what it expects to find...
     Reference expected = from;
-    expected.offset = last_shared_.offset;
-    if (expected != last_shared_) return damaged(info, tile, "its checksum differs from the one its reference gives");
-    return last_shared_;
+    expected.offset = last_shared_.reference.offset;
+    if (expected != last_shared_.reference) return damaged(info, tile, "its checksum differs from the one its reference gives");
+    // ...and every format how it is to be decoded.
+    if ((last_shared_.formats & SharedCopy::bit_of(info.format)) == 0) {
+      VT_CHECK(check_decodes(info, from, tile));
+      last_shared_.formats |= SharedCopy::bit_of(info.format);
+      shared_[record] = last_shared_;
+    }
+    return last_shared_.reference;
   }
   [[nodiscard]] Result<Reference> copy_bytes(const LayerInfo& info, const Reference& from, TileId tile, std::uint64_t key) {
     if (info.holds_blobs() && from.kind != ReferenceKind::kTile) return damaged(info, tile, "a blob's record is shared");
-    if (from.stored_bytes > kMaxRawBytes) return damaged(info, tile, "its stored size is over 256 MiB");
     VT_ASSIGN(const std::span<std::byte> record, target_.next_record(kRecordHeaderBytes + std::uint64_t{from.stored_bytes}));
     VT_CHECK(source_.file.read_at(from.offset, record));
-    if (const auto payload = check_record(record, from, key, wanted_raw_bytes(info, from.kind, record)); !payload)
-      return damaged(info, tile, payload.error());
+    const std::uint32_t raw_bytes = wanted_raw_bytes(info, from.kind, record);
+    const auto payload = check_record(record, from, key, raw_bytes);
+    if (!payload) return damaged(info, tile, payload.error());
+    VT_CHECK(check_decodes(info, from, tile, *payload, raw_bytes));
     Reference copy = from;
     copy.offset = target_.keep_record(record.size());
     return copy;
   }
-  [[nodiscard]] tl::unexpected<Error> damaged(const LayerInfo& info, TileId tile, const char* sentence) const {
+  [[nodiscard]] Result<void> check_decodes(const LayerInfo& info, const Reference& from, TileId tile, std::span<const std::byte> payload,
+                                           std::uint32_t raw_bytes) {
+    if (from.codec == Codec::kRaw) return {};  // as long as it should be, and any texels are texels
+    decoded_.resize(std::max<std::size_t>(decoded_.size(), raw_bytes));
+    const auto decoded =
+        decode_payload(from.codec, payload, tile_shape(info.format, info.tile_texels()), std::span(decoded_).first(raw_bytes));
+    return decoded ? Result<void>() : damaged(info, tile, decoded.error().message);
+  }
+  // The same of a shared record that was copied for a layer of another format.
+  [[nodiscard]] Result<void> check_decodes(const LayerInfo& info, const Reference& from, TileId tile) {
+    std::vector<std::byte> record(kRecordHeaderBytes + std::size_t{from.stored_bytes});
+    VT_CHECK(source_.file.read_at(from.offset, record));
+    const std::uint32_t raw_bytes = wanted_raw_bytes(info, from.kind, record);
+    const auto payload = check_record(record, from, 0, raw_bytes);
+    if (!payload) return damaged(info, tile, payload.error());
+    return check_decodes(info, from, tile, *payload, raw_bytes);
+  }
+  [[nodiscard]] tl::unexpected<Error> damaged(const LayerInfo& info, TileId tile, const std::string& sentence) const {
     return fail(ErrorCode::kCorrupt, source_.file.path().string() + ": " + tile_place(info, tile) + ": " + sentence);
   }
 
@@ -364,10 +418,11 @@ class Packing {
   std::vector<std::size_t> layers_;                              // in the source, of those that come along
   std::vector<std::vector<std::unique_ptr<LevelCopy>>> levels_;  // as `layers_`, by level
   Catalog catalog_;
-  std::uint64_t tiles_ = 0;                                               // by the source's catalog
-  std::unordered_map<SharedRecord, Reference, HashSharedRecord> shared_;  // from the place in the source
+  std::uint64_t tiles_ = 0;                                                // by the source's catalog
+  std::unordered_map<SharedRecord, SharedCopy, HashSharedRecord> shared_;  // from the place in the source
   SharedRecord last_shared_from_;
-  Reference last_shared_;
+  SharedCopy last_shared_;
+  std::vector<std::byte> decoded_;
   PackReport report_;
 };
 

@@ -1,5 +1,6 @@
 // Packing: a new store file with what the newest generation of another one holds, in the order in which it is read, and nothing else.
-// Tiles are copied as they are, checked on the way; none is decoded. schemas/tile-store.md section 10 has the order.
+// Tiles are copied as they are. Whatever validate() finds in a store that is an error of its tiles or its index is found on the way, so
+// that a packed store is a valid one; counts that were wrong are right in it. schemas/tile-store.md section 10 has the order.
 #pragma once
 
 #include <atomic>
@@ -41,8 +42,9 @@ struct PackReport {
 };
 
 // Writes what `reader` sees as a new store with a UUID of its own. Memory is a few pages of the index and a table of shared records.
-// kExists: `path` is there already. kInvalidData: a texture layer is unfinished. kCorrupt: a tile or a page is damaged, and the message
-// names it. kIo: also when the disk has no room. After any error there is no file at `path` and none beside it.
+// kExists: `path` is there already. kInvalidData: a texture layer is unfinished. kCorrupt: a tile or a page is damaged, does not decode or
+// has no parent, and the message names it. kIo: also when the disk has no room. After any error there is no file at `path` and none beside
+// it.
 [[nodiscard]] Result<PackReport> pack(const StoreReader& reader, const std::filesystem::path& path, const PackOptions& options = {});
 
 // Packs a store into a file beside it and puts that in its place. The store keeps its UUID, its owner and its permissions; its generation

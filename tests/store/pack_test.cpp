@@ -14,6 +14,7 @@
 #include "store/catalog.h"
 #include "store/layout.h"
 #include "store/validate.h"
+#include "tests/store/reseal.h"
 #include "tests/store/store_support.h"
 
 namespace vt::store {
@@ -399,6 +400,106 @@ TEST_F(PackTest, ADamagedTileIsAnErrorThatNamesItAndLeavesNothing) {
     EXPECT_THAT(names_in(folder.path()), ElementsAre("a.vts"));
     EXPECT_EQ(read_file(source), bytes);
   }
+}
+
+TEST_F(PackTest, ATileThatDoesNotDecodeIsAnErrorThatNamesIt) {
+  build_untidy_store(source);
+  TileLookup lookup;
+  TileId tile = tile_at(4, 0, 3);
+  for (const StoreReader reader = value_of(StoreReader::open(source)); lookup.codec != Codec::kZstd; ++tile.x)
+    lookup = value_of(reader.lookup(reader.find_layer("height")->id, tile));
+  --tile.x;
+  Bytes bytes = read_file(source);
+  bytes[lookup.offset + kRecordHeaderBytes] ^= std::byte{0xFF};  // zstd's own magic
+  reseal(bytes);
+  write_file(source, bytes);
+  const auto refused = pack(value_of(StoreReader::open(source)), packed, kNoSync);
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.error().code, ErrorCode::kCorrupt);
+  EXPECT_THAT(refused.error().message, HasSubstr("layer height, level 4, tile " + std::to_string(tile.x) + ",3: "));
+  EXPECT_THAT(names_in(folder.path()), ElementsAre("a.vts"));
+}
+
+TEST_F(PackTest, ATileWithoutItsParentIsAnErrorThatNamesIt) {
+  for (const TileId orphan : {tile_at(1, 1, 0), tile_at(4, 15, 15), tile_at(7, 100, 3)}) {
+    std::filesystem::remove(source);
+    build_untidy_store(source);
+    StoreWriter writer = value_of(StoreWriter::open(source, {.sync = false}));
+    const LayerId color = writer.find_layer("color")->id;
+    succeed(writer.remove(color, parent_of(orphan)));
+    succeed(writer.finish());
+    const auto refused = pack(value_of(StoreReader::open(source)), packed, kNoSync);
+    ASSERT_FALSE(refused);
+    EXPECT_EQ(refused.error().code, ErrorCode::kCorrupt);
+    EXPECT_THAT(refused.error().message,
+                testing::AllOf(HasSubstr("layer color, level " + std::to_string(orphan.level.value)), HasSubstr("its parent is absent")));
+  }
+}
+
+// Whatever was changed under right checksums, a packed store is a valid one.
+TEST_F(PackTest, ForgedStoresAreRefusedOrPackedIntoValidOnes) {
+  {
+    StoreWriter writer = value_of(StoreWriter::create(source, {}, {.sync = false}));
+    const LayerInfo color = small_layer("color", TexelFormat::kRgb8, 2, 6);
+    const LayerInfo height = small_layer("height", TexelFormat::kR32Float, 3, 2);
+    const LayerId color_id = value_of(writer.add_layer(color));
+    const LayerId height_id = value_of(writer.add_layer(height));
+    LayerInfo notes = small_layer("notes", TexelFormat::kBlob, 2, 1);
+    notes.role = LayerRole::kCarry;
+    notes.owner = color_id;
+    const LayerId notes_id = value_of(writer.add_layer(notes));
+    for (int level = 0; level <= 6; ++level)
+      succeed(level % 3 == 1 ? writer.put_constant(color_id, tile_at(level, 0, 0), Bytes(3, std::byte{7}))
+                             : writer.put(color_id, tile_at(level, 0, 0), encoded(tile_bytes(color, tile_at(level, 0, 0)))));
+    succeed(writer.put(color_id, tile_at(2, 1, 0), encoded(tile_bytes(color, tile_at(2, 0, 0)))));  // shared
+    for (int level = 0; level <= 2; ++level)
+      succeed(
+          writer.put(height_id, tile_at(level, 0, 0), encoded(height, smooth_tile_bytes(height, tile_at(level, 0, 0)), {Codec::kZstd, 3})));
+    succeed(writer.put(notes_id, tile_at(1, 0, 1), encoded(Bytes(100, std::byte{9}), {Codec::kZstd, 1})));
+    for (const LayerId id : {color_id, height_id}) succeed(writer.set_state(id, LayerState::kComplete));
+    succeed(writer.finish());
+  }
+  const Bytes good = read_file(source);
+  PackOptions options = kNoSync;
+  options.keep_carry = true;
+  int valid = 0;
+  int refused = 0;
+  const auto attack = [&](Bytes changed) {
+    reseal(changed);
+    write_file(source, changed);
+    const auto reader = StoreReader::open(source);
+    if (!reader) return;
+    const bool was_valid = value_of(validate(source)).ok();
+    const auto report = pack(*reader, packed, options);
+    if (report) {
+      const auto after = value_of(validate(packed));
+      for (const Finding& finding : after.findings) EXPECT_FALSE(finding.is_error) << finding.number << " " << finding.sentence;
+      std::filesystem::remove(packed);
+      ++valid;
+    } else {
+      EXPECT_TRUE(!was_valid || report.error().code == ErrorCode::kInvalidData) << report.error().message;  // or a layer that is unfinished
+      ++refused;
+    }
+  };
+  // Of the texels, which may be any, a few stand for all.
+  for (std::uint64_t record = kLogStart; record + kRecordHeaderBytes <= good.size();) {
+    if (get<std::uint32_t>(good, record + 8) != 0x43525456) {
+      record += kRecordAlignment;
+      continue;
+    }
+    const auto type = static_cast<RecordType>(get<std::uint8_t>(good, record + 12));
+    const std::uint64_t end = record + kRecordHeaderBytes + get<std::uint32_t>(good, record + 20);
+    const std::size_t step = type == RecordType::kCatalog || type == RecordType::kPage ? 2 : 29;
+    for (std::uint64_t at = record + 8; at < end; at += at < record + kRecordHeaderBytes + 4 ? 1 : step) {
+      Bytes changed = good;
+      changed[at] = at % 3 == 0 ? std::byte{0xFF} : good[at] ^ std::byte{0x01};
+      if (changed[at] != good[at]) attack(std::move(changed));
+      if (HasFailure()) FAIL() << "byte " << at;
+    }
+    record += aligned(end - record);
+  }
+  EXPECT_GT(valid, 300);
+  EXPECT_GT(refused, 100);
 }
 
 TEST_F(PackTest, ADamagedPageIsAnErrorThatSaysWhere) {
