@@ -120,11 +120,10 @@ class GlTest : public ::testing::Test {
 
   static void settle(VirtualTexture& texture) {
     texture.update();
-    for (int i = 0; i < 50000 && !texture.settled(); ++i) {
+    while (!texture.settled()) {  // however busy the machine is
       std::this_thread::sleep_for(std::chrono::microseconds(200));
       texture.update();
     }
-    ASSERT_TRUE(texture.settled());
     ASSERT_EQ(texture.last_error(), "");
   }
 

@@ -3,7 +3,6 @@
 
 #include <array>
 #include <atomic>
-#include <chrono>
 #include <cmath>
 #include <cstring>
 #include <filesystem>
@@ -105,7 +104,7 @@ inline Result<std::shared_ptr<const store::StoreReader>> make_store(const std::f
   return std::make_shared<const store::StoreReader>(std::move(reader));
 }
 
-// Texels by formula, with no store: for virtual textures of any nominal size. Counts, watches threads, fails or dawdles on demand.
+// Texels by formula, with no store: for virtual textures of any nominal size. Counts, watches threads, fails or waits on demand.
 class PaintedSource final : public TileSource {
  public:
   PaintedSource(TexelFormat format, Paint paint) : format_(format), paint_(std::move(paint)) {}
@@ -113,8 +112,7 @@ class PaintedSource final : public TileSource {
   Result<void> read(Level level, const TexelRect& rect, std::span<std::byte> out) override {
     last_thread = std::this_thread::get_id();
     ++reads;
-    if (seconds_per_byte > 0.0)
-      std::this_thread::sleep_for(std::chrono::duration<double>(seconds_per_byte * static_cast<double>(out.size())));
+    if (during_read) during_read();
     if (fail_level.load() == level.value) return fail(ErrorCode::kCorrupt, "painted to fail");
     const FormatInfo& format = format_info(format_);
     std::byte* to = out.data();
@@ -127,7 +125,7 @@ class PaintedSource final : public TileSource {
   std::atomic<std::thread::id> last_thread{};
   std::atomic<int> reads{0};
   std::atomic<int> fail_level{-1};
-  double seconds_per_byte = 0.0;
+  std::function<void()> during_read;  // called inside every read: may take as long as it likes
 
  private:
   TexelFormat format_;

@@ -3,7 +3,10 @@
 #include <gtest/gtest.h>
 
 #include <cstring>
+#include <latch>
+#include <semaphore>
 #include <thread>
+#include <utility>
 
 #include "store/bc1.h"
 #include "store/region.h"
@@ -19,12 +22,12 @@ using test::Paint;
 using test::PaintedSource;
 using test::TempFolder;
 
+// However busy the machine is.
 TileImage* wait_for(TileLoader& loader) {
-  for (int i = 0; i < 20000; ++i) {
+  while (true) {
     if (TileImage* image = loader.take()) return image;
     std::this_thread::sleep_for(std::chrono::microseconds(500));
   }
-  return nullptr;
 }
 
 LevelLayout level_layout(int level, int exponent, int mips) {
@@ -173,13 +176,18 @@ TEST(TileLoader, ReadsInTheOrderOfTheRequests) {
 
 TEST(TileLoader, GivesUpWhatNobodyWantsAnyMore) {
   auto source = std::make_shared<PaintedSource>(TexelFormat::kRgb8, noise_paint(TexelFormat::kRgb8));
-  source->seconds_per_byte = 0.05 / (32 * 32 * 3);  // the first mip alone takes 50 ms
+  std::binary_semaphore may_read{0};  // the first mip is read until something else is wanted
+  bool is_first = true;
+  source->during_read = [&] {
+    if (std::exchange(is_first, false)) may_read.acquire();
+  };
   TileLoader loader(source, {}, 5, 5, 2, 8);
   const TileRequest old_one{.slot = 0, .ticket = 1, .level = level_layout(6, 5, 5), .levels_from_finest = 0, .origin = {}};
   const TileRequest new_one{.slot = 0, .ticket = 2, .level = level_layout(6, 5, 1), .levels_from_finest = 0, .origin = {32, 32}};
   loader.post(std::span(&old_one, 1));
   while (source->reads == 0) std::this_thread::yield();
   loader.post(std::span(&new_one, 1));
+  may_read.release();
   TileImage* image = wait_for(loader);
   ASSERT_NE(image, nullptr);
   EXPECT_EQ(image->ticket, 2U);
@@ -229,17 +237,29 @@ TEST(TileLoader, TintsEveryMipWithItsTilesColour) {
   loader.release(image);
 }
 
-TEST(TileLoader, StopsAtOnceWithWorkWaiting) {
+TEST(TileLoader, StopsWithWorkWaiting) {
+  const std::vector<TileRequest> requests(64,
+                                          {.slot = 0, .ticket = 1, .level = level_layout(6, 5, 1), .levels_from_finest = 0, .origin = {}});
+  // It waits for a place to put the next tile into.
   auto source = std::make_shared<PaintedSource>(TexelFormat::kRgb8, noise_paint(TexelFormat::kRgb8));
-  source->seconds_per_byte = 0.02 / (32 * 32 * 3);
-  const auto start = std::chrono::steady_clock::now();
   {
     TileLoader loader(source, {}, 5, 1, 4, 64);
-    std::vector<TileRequest> requests(64, {.slot = 0, .ticket = 1, .level = level_layout(6, 5, 1), .levels_from_finest = 0, .origin = {}});
     loader.post(requests);
+    while (source->reads < 4) std::this_thread::yield();
   }
-  // 64 tiles would take 1.3 s; one that is in work may end.
-  EXPECT_LT(std::chrono::steady_clock::now() - start, std::chrono::milliseconds(700));
+  EXPECT_EQ(source->reads, 4);
+
+  // It is in the middle of one; there are places for all.
+  source = std::make_shared<PaintedSource>(TexelFormat::kRgb8, noise_paint(TexelFormat::kRgb8));
+  std::latch is_going{1};
+  source->during_read = [&] { is_going.wait(); };
+  auto loader = std::make_unique<TileLoader>(source, TexelConversion{}, 5, 1, 64, 64);
+  loader->post(requests);
+  while (source->reads == 0) std::this_thread::yield();
+  const std::jthread end([&] {
+    is_going.count_down();
+    loader.reset();
+  });
 }
 
 }  // namespace
