@@ -21,6 +21,9 @@ namespace {
 // A ruined store has as many findings as tiles; nobody reads more than this.
 constexpr std::size_t kMaxFindings = 1000;
 
+// Nobody packs a store to save less.
+constexpr std::uint64_t kLittleGarbage = std::uint64_t{1} << 20;
+
 bool is_error(FaultNumber number) {
   switch (number) {
     case FaultNumber::kSuperblockDamaged:
@@ -87,10 +90,13 @@ class StoreCheck {
   void check_all(const Catalog& catalog) {
     for (const CatalogLayer& layer : catalog.layers) check_layer(layer);
     const std::uint64_t log_bytes = end_ - kLogStart;
-    if (!is_index_damaged_ && log_bytes > reachable_bytes_)
+    if (is_index_damaged_ || log_bytes <= reachable_bytes_) return;
+    // Every build leaves some. It is worth a word when packing is worth it.
+    report_.garbage_bytes = log_bytes - reachable_bytes_;
+    if (report_.garbage_bytes > std::max(kLittleGarbage, log_bytes / 8))
       add(FaultNumber::kGarbage, "log",
-          std::to_string(log_bytes - reachable_bytes_) + " of " + std::to_string(log_bytes) +
-              " bytes belong to older generations or removed tiles");
+          std::to_string(report_.garbage_bytes) + " of " + std::to_string(log_bytes) +
+              " bytes belong to older generations or removed tiles; `vtbuild pack` frees them");
   }
 
   // Layers by their number of tiles, levels by the area of their data, then any entry of each page on the way down.

@@ -24,6 +24,7 @@ struct ValidationReport {
   std::uint64_t tiles_checked = 0;
   std::uint64_t bytes_checked = 0;
   std::uint64_t tiles_in_store = 0;  // as the catalog counts them
+  std::uint64_t garbage_bytes = 0;   // of the log, which nothing reaches; 0 in a sample
   bool is_sampled = false;           // only some tiles were looked at; counts and garbage were not
   [[nodiscard]] bool ok() const;
 };

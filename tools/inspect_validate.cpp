@@ -36,6 +36,7 @@ Result<int> run_validate(const ValidateCommand& options) {
         {"tiles_in_store", report.tiles_in_store},
         {"tiles_checked", report.tiles_checked},
         {"bytes_checked", report.bytes_checked},
+        {"garbage_bytes", report.garbage_bytes},
         {"errors", errors},
         {"warnings", warnings},
         {"findings", nlohmann::ordered_json::array()},
@@ -54,6 +55,8 @@ Result<int> run_validate(const ValidateCommand& options) {
     cli::print(fmt::format("{}: {}, {} tiles and {} checked, {} errors, {} notes\n", options.store.string(),
                            report.ok() ? "valid" : "NOT valid", report.tiles_checked, cli::format_bytes(report.bytes_checked), errors,
                            warnings));
+    if (report.garbage_bytes > 0)
+      cli::print(fmt::format("{} are garbage, left by earlier commits\n", cli::format_bytes(report.garbage_bytes)));
     if (report.is_sampled)
       cli::print(fmt::format("sampled: {} of {} tiles, seed {}; counts and garbage were not checked\n", report.tiles_checked,
                              report.tiles_in_store, options.seed));
