@@ -15,22 +15,33 @@ bool is_left_out(const std::string& name) {
   return name == kStoreOption || std::ranges::find(kWithoutEffect, name) != kWithoutEffect.end();
 }
 
+// Among options it would be taken for one, or for a command.
+bool is_taken_for_something_else(const CLI::App& command, const std::string& value) {
+  const CLI::App& program = *command.get_parent();
+  return value.starts_with('-') || !program.get_subcommands([&](const CLI::App* one) { return one->get_name() == value; }).empty();
+}
+
 }  // namespace
 
 nlohmann::ordered_json recipe_of(const CLI::App& command, const std::filesystem::path& store) {
   std::vector<std::string> arguments = {command.get_name()};
+  std::vector<std::string> inputs;
   for (const CLI::Option* option : command.get_options()) {
     if (option->count() == 0) continue;
     const std::string name = option->get_lnames().empty() ? std::string() : "--" + option->get_lnames().front();
     if (is_left_out(name)) continue;
     for (const std::string& value : option->results()) {
       if (name.empty()) {
-        arguments.push_back(value);
+        inputs.push_back(value);
       } else {
         arguments.push_back(name + "=" + value);
       }
     }
   }
+  const bool has_odd_input =
+      std::ranges::any_of(inputs, [&](const std::string& input) { return is_taken_for_something_else(command, input); });
+  if (has_odd_input) inputs.insert(inputs.begin(), "--");
+  arguments.insert(has_odd_input ? arguments.end() : arguments.begin() + 1, inputs.begin(), inputs.end());
   const std::filesystem::path here = std::filesystem::current_path();
   const std::filesystem::path store_folder = std::filesystem::absolute(store).lexically_normal().parent_path();
   const std::filesystem::path folder = here.lexically_relative(store_folder);

@@ -13,8 +13,10 @@
 namespace vt::tools {
 
 struct Recipe {
-  std::vector<std::string> arguments;  // "layer", "imagery.tif", "--channel", "color", ...; without the store
-  std::filesystem::path folder;        // that paths in the arguments are relative to
+  // The subcommand, then options as --name=value and inputs: "layer", "imagery.tif", "--channel=color". Inputs that would be taken for
+  // options or commands come last, after "--". Without the store.
+  std::vector<std::string> arguments;
+  std::filesystem::path folder;  // that paths in the arguments are relative to
   bool operator==(const Recipe&) const = default;
 };
 

@@ -40,13 +40,15 @@ Result<int> run_recipe(const Recipe& recipe, const std::filesystem::path& store,
   app.require_subcommand(1);
   const auto layer = add_layer_command(app, report);
   const auto dataset = add_dataset_command(app, report);
+  std::vector<std::string> own = {"--output=" + store.string(), "--update", "--memory=" + flags.build.memory,
+                                  "--progress=" + flags.build.progress, fmt::format("--checkpoint={}", flags.build.checkpoint_seconds)};
+  if (flags.build.threads > 0) own.push_back(fmt::format("--threads={}", flags.build.threads));
+  if (flags.build.stats) own.emplace_back("--stats");
+  if (flags.build.json) own.emplace_back("--json");
+  if (flags.build.dry_run) own.emplace_back("--dry-run");
+  // Right behind the subcommand: after "--" they would be inputs.
   std::vector<std::string> arguments = recipe.arguments;
-  arguments.insert(arguments.end(), {"--output=" + store.string(), "--update", "--memory=" + flags.build.memory,
-                                     "--progress=" + flags.build.progress, fmt::format("--checkpoint={}", flags.build.checkpoint_seconds)});
-  if (flags.build.threads > 0) arguments.push_back(fmt::format("--threads={}", flags.build.threads));
-  if (flags.build.stats) arguments.emplace_back("--stats");
-  if (flags.build.json) arguments.emplace_back("--json");
-  if (flags.build.dry_run) arguments.emplace_back("--dry-run");
+  arguments.insert(arguments.begin() + 1, own.begin(), own.end());
   std::ranges::reverse(arguments);  // CLI11 takes them from the back
   try {
     app.parse(arguments);
