@@ -6,6 +6,7 @@
 #include <charconv>
 
 #include "builder/pipeline/build_memory.h"
+#include "builder/pipeline/built_layer.h"
 #include "builder/pipeline/dataset_store.h"
 #include "builder/pipeline/parallel.h"
 #include "tools/build_plan.h"
@@ -65,7 +66,7 @@ Result<cli::ProgressMode> BuildFlags::progress_mode() const {
 
 pipeline::PlanOptions BuildFlags::plan_options(std::size_t memory_bytes, const std::filesystem::path& store) const {
   return {.may_lack_sources = dry_run,
-          .source_cache_bytes = std::clamp<std::size_t>(memory_bytes / 8, 4 << 20, std::size_t{128} << 20),
+          .source_cache_bytes = pipeline::source_cache_bytes(memory_bytes),
           .threads = threads,
           .scratch_folder = store.has_parent_path() ? store.parent_path() : "."};
 }
@@ -86,6 +87,7 @@ Result<pipeline::BuildReport> build_one(store::StoreWriter& writer, const std::f
     build.update(done);
   };
   options.cancel = &cli::interrupt_flag();
+  options.remark = [](const std::string& remark) { cli::print_note("vtbuild", remark); };
   auto report = pipeline::build_layer(writer, plan, options);
   if (!report && report.error().code == ErrorCode::kCancelled)
     return fail(ErrorCode::kCancelled, "stopped; what is done is kept in " + path.string() + ", run the same command again to go on");
@@ -94,6 +96,15 @@ Result<pipeline::BuildReport> build_one(store::StoreWriter& writer, const std::f
                 report.error().message + "; the store is whole up to its last checkpoint, run the same command again to go on");
   if (report && !report->was_complete) build.finish();
   return report;
+}
+
+// A store that was made for data which cannot be built would only be in the way of the next command: its area and its coordinates are
+// theirs.
+void remove_if_empty(const store::StoreWriter& writer, const std::filesystem::path& path) {
+  const auto holds_work = pipeline::holds_built_work(writer);
+  if (!holds_work || *holds_work) return;
+  std::error_code problem;
+  if (std::filesystem::remove(path, problem)) cli::print_note("vtbuild", path.string() + " is not kept, since nothing was built");
 }
 
 }  // namespace
@@ -107,16 +118,15 @@ Result<int> build_layers(const std::filesystem::path& path, std::vector<pipeline
     for (const std::string& warning : plan.warnings) cli::print_note("vtbuild", warning);
 
   // All that can be wrong with the request is found before a store is made for it.
-  std::vector<int> block_levels;
-  for (const pipeline::LayerPlan& plan : plans) {
-    int levels = flags.block_levels;
-    if (levels == 0) {
-      const auto chosen = pipeline::choose_block_levels(plan, threads, memory);
-      // A plan is there to show what is needed; a build that does not fit is refused.
-      if (!chosen && !flags.dry_run) return tl::unexpected(chosen.error());
-      levels = chosen ? *chosen : pipeline::cheapest_block_levels(plan, threads);
-    }
-    block_levels.push_back(levels);
+  std::vector<int> block_levels(plans.size(), flags.block_levels);
+  if (flags.block_levels == 0) {
+    auto chosen = pipeline::choose_block_levels(plans, threads, memory);
+    // A plan is there to show what is needed; a build that does not fit is refused.
+    if (!chosen && !flags.dry_run) return tl::unexpected(chosen.error());
+    for (std::size_t i = 0; i < plans.size(); ++i)
+      block_levels[i] =
+          chosen ? (*chosen)[i]
+                 : pipeline::choose_block_levels(plans[i], threads, memory).value_or(pipeline::cheapest_block_levels(plans[i], threads));
   }
   const PlanContext context{.threads = threads, .memory_bytes = memory, .megatexels_per_second = flags.megatexels_per_second};
   for (const std::string& doubt : plan_doubts(plans, block_levels, context)) cli::print_note("vtbuild", doubt);
@@ -129,6 +139,8 @@ Result<int> build_layers(const std::filesystem::path& path, std::vector<pipeline
     return 0;
   }
 
+  std::error_code unknown;
+  const bool is_new = !std::filesystem::exists(path, unknown);
   VT_ASSIGN(store::StoreWriter writer, pipeline::open_or_create(path, plans.front().crs, area));
   print_leftovers(writer.removed_leftovers());
   nlohmann::ordered_json layers = nlohmann::ordered_json::array();
@@ -141,7 +153,12 @@ Result<int> build_layers(const std::filesystem::path& path, std::vector<pipeline
                                          .checkpoint_seconds = flags.checkpoint_seconds,
                                          .update = flags.update,
                                          .with_stats = flags.stats};
-    VT_ASSIGN(const pipeline::BuildReport report, build_one(writer, path, plan, mode, options));
+    auto built = build_one(writer, path, plan, mode, options);
+    if (!built) {
+      if (is_new && pipeline::is_of_the_data(built.error().code)) remove_if_empty(writer, path);
+      return tl::unexpected(std::move(built).error());
+    }
+    const pipeline::BuildReport report = *built;
     plan.sampler.reset();  // closes the sources: what they keep decoded is memory that the next layer may need
     if (flags.json) {
       layers.push_back(report_json(plan, report, flags.stats));

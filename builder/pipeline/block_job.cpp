@@ -127,6 +127,8 @@ Result<void> BlockJob::run(std::size_t tier_index, std::int64_t index, const std
                            const std::atomic<bool>* cancel) {
   const InStage stage(clock_, Stage::kFilter);
   const Tier& tier = work_.tiers()[tier_index];
+  const bool has_mark = tier_index == 0 || tier.has_carry;  // the last block has none; after it the layer is complete
+  if (has_mark) VT_CHECK(marks_.begin(tier, index));
   const std::unique_ptr<pyramid::Cascade> made =
       pyramid::make_cascade(pyramid::plan_block(tier.block(index), tier.data, tier.outputs, tier.has_carry, plan_.kernel), tier.outputs,
                             plan_.sampler->codec(), plan_.kernel, plan_.info.finest.value - tier.base.value, plan_.info.tile_exponent);
@@ -147,7 +149,7 @@ Result<void> BlockJob::run(std::size_t tier_index, std::int64_t index, const std
   }
   write_block_quality(output.quality(), blob_);
   if (!blob_.empty()) VT_CHECK(put_blob(ids_.quality, quality_tile(tier, index), blob_));
-  if (tier_index > 0 && !tier.has_carry) return {};  // the last block; after it the layer is complete
+  if (!has_mark) return {};
   return marks_.set(tier, index, tier_index == 0 ? content_.digest() : carry_mark());
 }
 

@@ -44,19 +44,44 @@ LayerInfo BlockMarks::describe(const LayerPlan& plan, int block_levels) {
   return info;
 }
 
-Result<std::optional<store::ContentHash>> BlockMarks::find(const Tier& tier, std::int64_t index) const {
-  const TileId tile = mark_tile(tier, index);
-  if (!writer_.contains(layer_, tile)) return std::nullopt;
+namespace {
+
+Result<std::optional<store::ContentHash>> mark_at(const store::StoreWriter& writer, LayerId layer, TileId tile) {
+  if (!writer.contains(layer, tile)) return std::nullopt;
   constexpr std::size_t kEdge = std::size_t{1} << kMarkTileExponent;
   std::array<std::byte, kEdge * kEdge * sizeof(store::ContentHash::bytes)> texels;
-  VT_CHECK(writer_.read(layer_, tile, texels));
+  VT_CHECK(writer.read(layer, tile, texels));
   store::ContentHash hash;
   std::copy_n(texels.begin(), hash.bytes.size(), hash.bytes.begin());
   return hash;
 }
 
+}  // namespace
+
+Result<std::optional<store::ContentHash>> BlockMarks::find(const Tier& tier, std::int64_t index) const {
+  return mark_at(writer_, layer_, mark_tile(tier, index));
+}
+
 Result<void> BlockMarks::set(const Tier& tier, std::int64_t index, const store::ContentHash& hash) {
   return writer_.put_constant(layer_, mark_tile(tier, index), hash.bytes);
+}
+
+Result<void> BlockMarks::begin(const Tier& tier, std::int64_t index) {
+  return writer_.contains(layer_, mark_tile(tier, index)) ? Result<void>() : set(tier, index, kStaleMark);
+}
+
+Result<std::uint64_t> BlockMarks::count_built(const store::StoreWriter& writer, const LayerInfo& layer) {
+  std::uint64_t built = 0;
+  for (std::uint8_t level = 0; level <= layer.finest.value && layer.role == LayerRole::kCarry && layer.format == TexelFormat::kHash128;
+       ++level) {
+    const TexelRect tiles = layer.tile_rect(Level{level});
+    for (std::int64_t y = tiles.y; y < tiles.bottom(); ++y)
+      for (std::int64_t x = tiles.x; x < tiles.right(); ++x) {
+        VT_ASSIGN(const auto mark, mark_at(writer, layer.id, {Level{level}, static_cast<std::uint32_t>(x), static_cast<std::uint32_t>(y)}));
+        built += mark && *mark != kStaleMark ? 1 : 0;
+      }
+  }
+  return built;
 }
 
 }  // namespace vt::pipeline

@@ -11,7 +11,7 @@
 
 namespace vt::pipeline {
 
-// Must be built again, although it was built before: its tiles may be there and wrong.
+// Must be built, or built again: tiles of it may be there and wrong.
 inline constexpr store::ContentHash kStaleMark{};
 // Built from carry, not from sources.
 [[nodiscard]] store::ContentHash carry_mark();
@@ -26,6 +26,12 @@ class BlockMarks {
   // nullopt: never built.
   [[nodiscard]] Result<std::optional<store::ContentHash>> find(const Tier& tier, std::int64_t index) const;
   [[nodiscard]] Result<void> set(const Tier& tier, std::int64_t index, const store::ContentHash& hash);
+  // Before its first tile is put: a run that ends inside the block leaves tiles behind, which whoever goes on from other sources has to
+  // know.
+  [[nodiscard]] Result<void> begin(const Tier& tier, std::int64_t index);
+
+  // Blocks that `layer` says are built; none when it is no layer of marks.
+  [[nodiscard]] static Result<std::uint64_t> count_built(const store::StoreWriter& writer, const LayerInfo& layer);
 
  private:
   store::StoreWriter& writer_;

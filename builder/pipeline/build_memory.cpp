@@ -1,6 +1,7 @@
 #include "builder/pipeline/build_memory.h"
 
 #include <algorithm>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -134,11 +135,11 @@ std::size_t worker_bytes(const LayerPlan& plan, int levels) {
   return kThreadBytes + most + std::min(most, sum - most) / 4;
 }
 
-std::size_t sources_bytes(const SourceLoad& load, int threads) {
+std::size_t sources_bytes(const SourceLoad& load, std::size_t cache_bytes, int threads) {
   // Each thread's own is counted with the thread; those of other files stay for a while.
   const std::size_t decoders = std::min(kMostIdleDecoders, (std::max<std::size_t>(load.count, 1) - 1) * static_cast<std::size_t>(threads));
   const auto hashes = static_cast<std::size_t>(std::min<std::uint64_t>(kMostBlockHashes, load.file_blocks));
-  return load.count * kSourceBytes + static_cast<std::size_t>(std::min<std::uint64_t>(load.cache_bytes, load.sample_bytes)) +
+  return load.count * kSourceBytes + static_cast<std::size_t>(std::min<std::uint64_t>(cache_bytes, load.sample_bytes)) +
          decoders * (kDecoderBytes + load.stored_block_bytes) + hashes * kBlockHashBytes;
 }
 
@@ -165,12 +166,10 @@ std::size_t store_bytes(const LayerPlan& plan, int levels) {
 
 std::string mebibytes(std::size_t bytes) { return std::to_string((bytes + kMebibyte - 1) / kMebibyte) + "M"; }
 
-}  // namespace
-
-BuildMemory build_memory(const LayerPlan& plan, int levels, int threads) {
+BuildMemory memory_with_cache(const LayerPlan& plan, int levels, int threads, std::size_t cache_bytes) {
   BuildMemory memory;
   memory.program = kProgramBytes + (plan.source_load.has_pictures ? kPictureLibraryBytes : 0);
-  memory.sources = sources_bytes(plan.source_load, threads);
+  memory.sources = sources_bytes(plan.source_load, cache_bytes, threads);
   memory.store = store_bytes(plan, levels);
   memory.worker = worker_bytes(plan, levels);
   const std::size_t surface = surface_thread_bytes(plan);
@@ -178,16 +177,36 @@ BuildMemory build_memory(const LayerPlan& plan, int levels, int threads) {
   return memory;
 }
 
+int widest_levels(const LayerPlan& plan) { return std::max(1, 12 - int{plan.info.tile_exponent}); }
+
+std::optional<int> widest_fit(const LayerPlan& plan, int threads, std::size_t memory_bytes) {
+  for (int levels = widest_levels(plan); levels >= 1; --levels)
+    if (build_memory(plan, levels, threads).total(threads) <= memory_bytes) return levels;
+  return std::nullopt;
+}
+
+// What a build needs that is told to use no more than that, in whole mebibytes: with more memory its sources keep more, too.
+std::size_t enough_memory(const LayerPlan& plan, int threads) {
+  const int levels = cheapest_block_levels(plan, threads);
+  std::size_t cache_bytes = plan.source_load.cache_bytes;
+  while (true) {
+    const std::size_t bytes = memory_with_cache(plan, levels, threads, cache_bytes).total(threads);
+    const std::size_t whole = (bytes + kMebibyte - 1) / kMebibyte * kMebibyte;
+    if (source_cache_bytes(whole) <= cache_bytes) return whole;
+    cache_bytes = source_cache_bytes(whole);
+  }
+}
+
+}  // namespace
+
+BuildMemory build_memory(const LayerPlan& plan, int levels, int threads) {
+  return memory_with_cache(plan, levels, threads, plan.source_load.cache_bytes);
+}
+
 int BuildMemory::surface_threads(int threads, std::size_t memory_bytes) const {
   const std::size_t rest = memory_bytes - std::min(memory_bytes, program + sources + store);
   return surface == 0 ? threads : static_cast<int>(std::clamp<std::size_t>(rest / surface, 1, static_cast<std::size_t>(threads)));
 }
-
-namespace {
-
-int widest_levels(const LayerPlan& plan) { return std::max(1, 12 - int{plan.info.tile_exponent}); }
-
-}  // namespace
 
 int cheapest_block_levels(const LayerPlan& plan, int threads) {
   int best = 1;
@@ -196,22 +215,34 @@ int cheapest_block_levels(const LayerPlan& plan, int threads) {
   return best;
 }
 
-Result<int> choose_block_levels(const LayerPlan& plan, int threads, std::size_t memory_bytes) {
-  for (int levels = widest_levels(plan); levels >= 1; --levels)
-    if (build_memory(plan, levels, threads).total(threads) <= memory_bytes) return levels;
+Result<std::vector<int>> choose_block_levels(std::span<const LayerPlan> plans, int threads, std::size_t memory_bytes) {
+  std::vector<int> chosen;
+  for (const LayerPlan& plan : plans)
+    if (const auto levels = widest_fit(plan, threads, memory_bytes)) chosen.push_back(*levels);
+  if (chosen.size() == plans.size()) return chosen;
 
-  const auto least = [&](int workers) { return build_memory(plan, cheapest_block_levels(plan, workers), workers).total(workers); };
-  std::string message = "--memory " + mebibytes(memory_bytes) + " is too little for layer '" + plan.info.name + "' with " +
+  const auto enough = [&](int workers) {
+    std::size_t most = 0;
+    for (const LayerPlan& plan : plans) most = std::max(most, enough_memory(plan, workers));
+    return most;
+  };
+  const auto fit_all = [&](int workers) {
+    return std::ranges::all_of(plans, [&](const LayerPlan& plan) { return widest_fit(plan, workers, memory_bytes).has_value(); });
+  };
+  const auto greediest = std::ranges::max_element(plans, {}, [&](const LayerPlan& plan) { return enough_memory(plan, threads); });
+  std::string message = "--memory " + mebibytes(memory_bytes) + " is too little for layer '" + greediest->info.name + "' with " +
                         std::to_string(threads) + (threads == 1 ? " thread" : " threads") + "; it needs --memory " +
-                        mebibytes(least(threads));
-  for (int fewer = threads - 1; fewer >= 1; --fewer)
-    if (least(fewer) <= memory_bytes) {
-      message += ", or --threads " + std::to_string(fewer);
-      break;
-    } else if (fewer == 1) {
-      message += ", or at least --memory " + mebibytes(least(1)) + " with --threads 1";
-    }
+                        mebibytes(enough(threads));
+  int fewer = threads - 1;
+  while (fewer >= 1 && !fit_all(fewer)) --fewer;
+  if (fewer >= 1) message += ", or --threads " + std::to_string(fewer);
+  if (fewer < 1 && threads > 1) message += ", or at least --memory " + mebibytes(enough(1)) + " with --threads 1";
   return fail(ErrorCode::kUsage, message);
+}
+
+Result<int> choose_block_levels(const LayerPlan& plan, int threads, std::size_t memory_bytes) {
+  VT_ASSIGN(const std::vector<int> chosen, choose_block_levels(std::span(&plan, 1), threads, memory_bytes));
+  return chosen.front();
 }
 
 }  // namespace vt::pipeline

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <span>
+#include <vector>
 
 #include "builder/pipeline/layer_plan.h"
 #include "store/result.h"
@@ -36,8 +38,14 @@ struct BuildMemory {
 // The block that takes the least memory, and of several the largest: to show what a build needs that does not fit.
 [[nodiscard]] int cheapest_block_levels(const LayerPlan& plan, int threads);
 
-// The largest block (2^levels tiles) that fits `threads` workers into `memory_bytes`, at most 4096 texels wide. kUsage when not even the
-// smallest does: the message says how many threads or how much memory would.
+// Decoded samples that the sources of a layer may keep, of all the memory that a build may use.
+[[nodiscard]] constexpr std::size_t source_cache_bytes(std::size_t memory_bytes) {
+  return std::clamp<std::size_t>(memory_bytes / 8, std::size_t{4} << 20, std::size_t{128} << 20);
+}
+
+// For each layer the largest block (2^levels tiles) that fits `threads` workers into `memory_bytes`, at most 4096 texels wide. kUsage when
+// not even the smallest does for one of them: the message names it and says how many threads, or how much memory, would be enough for all.
+[[nodiscard]] Result<std::vector<int>> choose_block_levels(std::span<const LayerPlan> plans, int threads, std::size_t memory_bytes);
 [[nodiscard]] Result<int> choose_block_levels(const LayerPlan& plan, int threads, std::size_t memory_bytes);
 
 }  // namespace vt::pipeline

@@ -1,5 +1,8 @@
 #include "builder/pipeline/built_layer.h"
 
+#include <algorithm>
+
+#include "builder/pipeline/block_marks.h"
 #include "builder/pipeline/block_quality.h"
 
 namespace vt::pipeline {
@@ -9,8 +12,10 @@ using Json = nlohmann::ordered_json;
 
 std::string carry_name(const std::string& layer) { return layer + "/carry"; }
 
-// Between the checkpoints of an update.
+// Between the checkpoints of an update: whether the layer was complete before. Older programs wrote nothing but true.
 constexpr const char* kUpdating = "updating";
+// The build cannot come to its end with these data.
+constexpr const char* kFailed = "failed";
 
 // What the numbers of a part are, in the words of its channel.
 Json values_of(const LayerPlan& plan, std::size_t part) {
@@ -20,12 +25,14 @@ Json values_of(const LayerPlan& plan, std::size_t part) {
   return values;
 }
 
-std::string metadata_of(const LayerPlan& plan, int block_levels, bool updating, const Json& quality = {}, const Json& alpha_coverage = {}) {
+// `updating` is null for a layer that is not.
+std::string metadata_of(const LayerPlan& plan, int block_levels, const Json& updating, const Json& quality = {},
+                        const Json& alpha_coverage = {}) {
   Json metadata = values_of(plan, 0);
   metadata["settings"] = plan.settings;
   metadata["block_levels"] = block_levels;
   if (!plan.recipe.is_null()) metadata["recipe"] = plan.recipe;
-  if (updating) metadata[kUpdating] = true;
+  if (!updating.is_null()) metadata[kUpdating] = updating;
   if (!quality.is_null()) metadata["quality"] = quality;
   if (!alpha_coverage.is_null()) metadata["alpha_coverage"] = alpha_coverage;
   return metadata.dump();
@@ -58,21 +65,62 @@ Result<void> check_carry_size(const LayerPlan& plan) {
                                      "; use a smaller --tile");
 }
 
+// What the metadata of a layer say of its builds.
+struct BuildState {
+  bool is_ours = false;
+  bool was_complete = false;
+  bool is_updating = false;
+  bool has_failed = false;
+  Json settings;
+  int block_levels = 0;
+};
+
+BuildState state_of(const LayerInfo& layer) {
+  BuildState state;
+  const auto metadata = Json::parse(layer.metadata_json, nullptr, false);
+  state.is_ours = metadata.is_object() && metadata.contains("settings") && metadata["settings"].is_object() &&
+                  metadata.contains("block_levels") && metadata["block_levels"].is_number_integer();
+  if (!state.is_ours) return state;
+  state.settings = metadata["settings"];
+  state.block_levels = metadata["block_levels"].get<int>();
+  state.is_updating = metadata.contains(kUpdating);
+  state.was_complete = layer.state == LayerState::kComplete || (state.is_updating && metadata[kUpdating] != false);
+  state.has_failed = metadata.contains(kFailed);
+  return state;
+}
+
+// A layer that was never finished is in nobody's way: what an interrupted build has come to is kept for the command that began it, but a
+// build that came to nothing, or cannot come to its end, gives way to the next one.
+Result<bool> gives_way(const store::StoreWriter& writer, const LayerPlan& plan, const LayerInfo& existing, const BuildState& state) {
+  if (!state.is_ours || state.was_complete) return false;
+  if (without_sources(state.settings) == without_sources(plan.settings)) return false;
+  if (state.has_failed) return true;
+  const auto marks = writer.find_layer(BlockMarks::describe(plan, 1).name);
+  if (!marks || marks->role != LayerRole::kCarry || marks->owner != existing.id) return false;
+  VT_ASSIGN(const std::uint64_t built, BlockMarks::count_built(writer, *marks));
+  return built == 0;
+}
+
 Result<BuiltLayer> open_existing(const store::StoreWriter& writer, const LayerPlan& plan, const LayerInfo& existing,
-                                 bool may_differ_in_sources) {
+                                 const BuildState& state, bool may_differ_in_sources) {
   BuiltLayer layer;
   layer.was_there = true;
-  const auto metadata = Json::parse(existing.metadata_json, nullptr, false);
-  const bool is_ours = metadata.is_object() && metadata.contains("settings") && metadata["settings"].is_object() &&
-                       metadata.contains("block_levels") && metadata["block_levels"].is_number_integer();
-  if (!is_ours || without_sources(metadata["settings"]) != without_sources(plan.settings))
-    return fail(ErrorCode::kExists, "the store already has a layer '" + plan.info.name +
-                                        "' that was built with other settings; remove it, or choose another --name or another store");
-  layer.sources_differ = metadata["settings"] != plan.settings;
-  if (layer.sources_differ && !may_differ_in_sources)
+  if (!state.is_ours || without_sources(state.settings) != without_sources(plan.settings))
+    return fail(ErrorCode::kExists, state.is_ours && !state.was_complete
+                                        ? "the store has an unfinished layer '" + plan.info.name +
+                                              "' that was begun with other settings; finish it by the command that began it, remove it "
+                                              "(vtbuild remove), or choose another --name or another store"
+                                        : "the store already has a layer '" + plan.info.name +
+                                              "' that was built with other settings; remove it, or choose another --name or another store");
+  layer.was_complete = state.was_complete;
+  layer.sources_differ = state.settings != plan.settings;
+  if (layer.sources_differ && !may_differ_in_sources && state.was_complete)
     return fail(ErrorCode::kExists, "the store already has a layer '" + plan.info.name +
                                         "' that was built from other sources, or they have changed since; update it (--update), or "
                                         "choose another --name or another store");
+  if (layer.sources_differ && !may_differ_in_sources)
+    layer.remark =
+        "layer '" + plan.info.name + "' was never finished, and its sources have changed since; what was built of it is compared with them";
   for (const LayerInfo& part : plan.parts) {
     const auto found = writer.find_layer(part.name);
     if (!found || found->role != LayerRole::kTexture || (found->id != existing.id && (!found->is_part || found->owner != existing.id)))
@@ -81,8 +129,8 @@ Result<BuiltLayer> open_existing(const store::StoreWriter& writer, const LayerPl
     layer.ids.parts.push_back(found->id);
   }
   layer.is_complete = existing.state == LayerState::kComplete;
-  layer.is_updating = metadata.contains(kUpdating);
-  layer.block_levels = metadata["block_levels"].get<int>();
+  layer.is_updating = state.is_updating;
+  layer.block_levels = state.block_levels;
   if (layer.block_levels < 1 || layer.block_levels > kMaxTileExponent)
     return fail(ErrorCode::kInvalidData, "layer '" + plan.info.name + "': its metadata say block_levels " +
                                              std::to_string(layer.block_levels) + ", 1 to 12 are possible");
@@ -98,16 +146,23 @@ Result<BuiltLayer> open_existing(const store::StoreWriter& writer, const LayerPl
 }  // namespace
 
 Result<BuiltLayer> open_built_layer(store::StoreWriter& writer, const LayerPlan& plan, int block_levels, bool may_differ_in_sources) {
-  if (const auto existing = writer.find_layer(plan.info.name)) return open_existing(writer, plan, *existing, may_differ_in_sources);
+  BuiltLayer layer;
+  if (const auto existing = writer.find_layer(plan.info.name)) {
+    const BuildState state = state_of(*existing);
+    VT_ASSIGN(const bool makes_place, gives_way(writer, plan, *existing, state));
+    if (!makes_place) return open_existing(writer, plan, *existing, state, may_differ_in_sources);
+    layer.remark = "layer '" + plan.info.name + "' was begun with other settings and " +
+                   (state.has_failed ? "could not be finished" : "never came to anything") + "; it is built anew";
+    VT_CHECK(writer.remove_layer(existing->id));
+  }
 
   if (has_carry(plan, block_levels)) VT_CHECK(check_carry_size(plan));
-  BuiltLayer layer;
   layer.block_levels = block_levels;
   for (std::size_t i = 0; i < plan.parts.size(); ++i) {
     LayerInfo info = plan.parts[i];
     info.is_part = i > 0;
     if (info.is_part) info.owner = layer.ids.texture();
-    info.metadata_json = i == 0 ? metadata_of(plan, block_levels, false) : values_of(plan, i).dump();
+    info.metadata_json = i == 0 ? metadata_of(plan, block_levels, nullptr) : values_of(plan, i).dump();
     VT_ASSIGN(const LayerId id, writer.add_layer(info));
     layer.ids.parts.push_back(id);
   }
@@ -135,11 +190,35 @@ Result<BuiltLayer> open_built_layer(store::StoreWriter& writer, const LayerPlan&
 }
 
 Result<void> begin_update(store::StoreWriter& writer, const LayerPlan& plan, BuiltLayer& layer) {
-  VT_CHECK(writer.set_metadata(layer.ids.texture(), metadata_of(plan, layer.block_levels, true)));
+  VT_CHECK(writer.set_metadata(layer.ids.texture(), metadata_of(plan, layer.block_levels, layer.was_complete)));
   for (const LayerId part : layer.ids.parts) VT_CHECK(writer.set_state(part, LayerState::kBuilding));
   layer.is_complete = false;
   layer.is_updating = true;
   return {};
+}
+
+Result<void> note_failure(store::StoreWriter& writer, const BuiltLayer& layer, bool has_failed) {
+  if (layer.was_complete) return {};
+  const auto layers = writer.layers();
+  const auto info = std::ranges::find(layers, layer.ids.texture(), &LayerInfo::id);
+  if (info == layers.end()) return {};
+  Json metadata = Json::parse(info->metadata_json, nullptr, false);
+  if (!metadata.is_object() || metadata.contains(kFailed) == has_failed) return {};
+  if (has_failed) {
+    metadata[kFailed] = true;
+  } else {
+    metadata.erase(kFailed);
+  }
+  return writer.set_metadata(info->id, metadata.dump());
+}
+
+Result<bool> holds_built_work(const store::StoreWriter& writer) {
+  for (const LayerInfo& layer : writer.layers()) {
+    if (layer.role == LayerRole::kTexture && state_of(layer).was_complete) return true;
+    VT_ASSIGN(const std::uint64_t built, BlockMarks::count_built(writer, layer));
+    if (built > 0) return true;
+  }
+  return false;
 }
 
 Result<void> complete(store::StoreWriter& writer, const LayerPlan& plan, const WorkMap& work, const BuiltLayer& layer,
@@ -147,7 +226,7 @@ Result<void> complete(store::StoreWriter& writer, const LayerPlan& plan, const W
   VT_ASSIGN(const std::vector<LevelQuality> levels, collect_quality(writer, plan, work, layer.ids.quality));
   Json quality = quality_json(plan, levels);
   if (!findings.surface.is_null()) quality.push_back(findings.surface);
-  VT_CHECK(writer.set_metadata(layer.ids.texture(), metadata_of(plan, layer.block_levels, false, quality, findings.alpha_coverage)));
+  VT_CHECK(writer.set_metadata(layer.ids.texture(), metadata_of(plan, layer.block_levels, nullptr, quality, findings.alpha_coverage)));
   for (const LayerId part : layer.ids.parts) VT_CHECK(writer.set_state(part, LayerState::kComplete));
   VT_CHECK(writer.set_state(layer.ids.marks, LayerState::kComplete));
   VT_CHECK(writer.set_state(layer.ids.quality, LayerState::kComplete));

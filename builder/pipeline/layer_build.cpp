@@ -198,6 +198,10 @@ Result<void> build_tiers(store::StoreWriter& writer, const LayerPlan& plan, cons
 
 }  // namespace
 
+bool is_of_the_data(ErrorCode code) {
+  return code == ErrorCode::kInvalidData || code == ErrorCode::kUnsupported || code == ErrorCode::kCorrupt || code == ErrorCode::kUsage;
+}
+
 Result<BuildReport> build_layer(store::StoreWriter& writer, const LayerPlan& plan, const BuildOptions& options) {
   const auto start = Clock::now();
   BuildReport report;
@@ -211,7 +215,10 @@ Result<BuildReport> build_layer(store::StoreWriter& writer, const LayerPlan& pla
   report.block_levels = layer.block_levels;
   report.base_texels = static_cast<std::uint64_t>(plan.info.data.width) * static_cast<std::uint64_t>(plan.info.data.height);
   const WorkMap work(plan, layer.block_levels);
-  if (options.update && layer.was_there) {
+  if (!layer.remark.empty() && options.remark) options.remark(layer.remark);
+  if (layer.was_there) VT_CHECK(note_failure(writer, layer, false));
+  const bool goes_on_from_others = layer.sources_differ && !layer.was_complete;
+  if (layer.was_there && (options.update || goes_on_from_others)) {
     if (auto found = find_changes(writer, plan, work, layer, report.threads, options, report); !found) {
       [[maybe_unused]] const auto kept = writer.commit();
       return tl::unexpected(std::move(found).error());
@@ -222,6 +229,7 @@ Result<BuildReport> build_layer(store::StoreWriter& writer, const LayerPlan& pla
     auto built = build_tiers(writer, plan, work, layer, report.threads, options, report);
     if (!built) {
       // What is done is kept, whatever stopped the rest. If it was the store itself, it refuses, and the first error is the one to tell.
+      [[maybe_unused]] const auto noted = note_failure(writer, layer, is_of_the_data(built.error().code));
       [[maybe_unused]] const auto kept = writer.commit();
       return tl::unexpected(std::move(built).error());
     }

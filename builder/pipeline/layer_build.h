@@ -29,6 +29,7 @@ struct BuildOptions {
   // Texels of work done and in all; from any thread. The first call says what an earlier run had done.
   std::function<void(std::uint64_t done_texels, std::uint64_t total_texels)> progress;
   std::function<void(std::uint64_t done_blocks, std::uint64_t total_blocks)> check_progress;  // while sources are compared
+  std::function<void(const std::string& remark)> remark;                                      // a sentence for the user, before the work
   const std::atomic<bool>* cancel = nullptr;  // becomes true: commit what is done and return kCancelled
 };
 
@@ -51,7 +52,11 @@ struct BuildReport {
 };
 
 // The writer is used by this call alone until it returns, and is left committed: with the layer complete, or with all blocks that were done
-// before an error. kExists: the store has a layer of that name built from other settings. kIo: the store stays at its last checkpoint.
+// before an error. A layer of that name that was never finished gives way, or is gone on with, as open_built_layer() says. kExists: the
+// store has a layer of that name built from other settings. kIo: the store stays at its last checkpoint.
 [[nodiscard]] Result<BuildReport> build_layer(store::StoreWriter& writer, const LayerPlan& plan, const BuildOptions& options);
+
+// Of a build that failed: the same command on the same data would end in the same way.
+[[nodiscard]] bool is_of_the_data(ErrorCode code);
 
 }  // namespace vt::pipeline

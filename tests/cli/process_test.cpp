@@ -1,5 +1,5 @@
-// What the world around a program may do to it: standard streams that are closed, files that must not grow. Whatever it is, stores stay
-// whole, nothing half-written stays behind, and the user is told.
+// Programs among others: standard streams that are closed, files that must not grow, what one command leaves for the next. Whatever it is,
+// stores stay whole, nothing half-written stays behind, and the user is told.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -77,6 +77,71 @@ TEST_F(ProcessTest, AFileOverItsSizeLimitIsLikeAFullDisk) {
   EXPECT_EQ(in_place.exit_code, 2) << in_place.err;
   EXPECT_THAT(files(), ElementsAre("a.vts", "scene"));
   EXPECT_EQ(shell("$VTINSPECT compare a.vts scene/imagery.tif").exit_code, 0);
+}
+
+// ---- What commands leave for the next one ----
+
+TEST_F(ProcessTest, AFreshStoreValidatesWithoutARemark) {
+  make_scene();
+  ASSERT_EQ(shell("$VTBUILD dataset scene/SCENE.json -o a.vts --progress none").exit_code, 0);
+  const Outcome validated = shell("$VTINSPECT validate a.vts --progress none");
+  EXPECT_EQ(validated.exit_code, 0);
+  EXPECT_THAT(validated.out, AllOf(HasSubstr("a.vts: valid"), HasSubstr("0 errors, 0 notes"), testing::Not(HasSubstr("note "))));
+}
+
+TEST_F(ProcessTest, UpdatesOfInputsWithOddNames) {
+  make_scene();
+  for (const std::string name : {"-dash.tif", "--output=x.tif", "layer", "dataset", "update", "a b'c.tif", "@not-a-list.tif"}) {
+    const bool is_list = name[0] == '@';  // by its first letter; a path is none
+    std::filesystem::copy_file(folder_ / "scene/elevation.tif", folder_ / name);
+    std::vector<std::string> arguments = {
+        "layer", "--channel", "elevation", "-o", "a.vts", "--progress", "none", "--", is_list ? "./" + name : name};
+    const Outcome built = run_program(VT_VTBUILD, arguments, folder_.path());
+    ASSERT_EQ(built.exit_code, 0) << name << ": " << built.err;
+    const Outcome same = shell("$VTBUILD update a.vts --progress none");
+    EXPECT_EQ(same.exit_code, 0) << name << ": " << same.err;
+    EXPECT_EQ(shell("$VTINSPECT compare a.vts scene/elevation.tif --layer elevation --progress none").exit_code, 0) << name;
+    shell("rm -f ./a.vts ./" + (name.find(' ') == std::string::npos ? name : "a*c.tif"));
+  }
+}
+
+TEST_F(ProcessTest, LeftoversOfAKilledProgramAreNamedAndRemoved) {
+  make_scene();
+  ASSERT_EQ(shell("$VTBUILD layer scene/imagery.tif -o a.vts --channel color --progress none").exit_code, 0);
+  for (const std::string next : {"$VTBUILD pack a.vts --keep-carry", "$VTBUILD layer scene/elevation.tif -o a.vts --channel elevation",
+                                 "$VTBUILD remove a.vts elevation"}) {
+    shell("head -c 20000 a.vts | tail -c 10000 > a.vts.new-0123456789abcdef");
+    const Outcome outcome = shell(next);
+    EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+    EXPECT_THAT(outcome.err, AllOf(HasSubstr("vtbuild: removed "),
+                                   HasSubstr("a.vts.new-0123456789abcdef, which a program that was stopped had left\n")));
+    EXPECT_THAT(files(), ElementsAre("a.vts", "scene"));
+  }
+}
+
+// A mistyped command that fails leaves nothing behind that the right one would fall over.
+TEST_F(ProcessTest, AStoreForDataThatCannotBeBuiltIsNotKept) {
+  make_scene();
+  const Outcome failed = shell("$VTBUILD layer scene/elevation.tif -o a.vts --channel material --progress none");
+  EXPECT_EQ(failed.exit_code, 3) << failed.err;  // heights with fractions are no classes, which shows while they are read
+  EXPECT_THAT(files(), ElementsAre("scene"));
+  EXPECT_EQ(shell("$VTBUILD layer scene/elevation.tif -o a.vts --channel elevation --progress none").exit_code, 0);
+}
+
+TEST_F(ProcessTest, TheMemoryThatARefusalNamesIsEnough) {
+  make_scene();
+  for (const std::string threads : {"1", "40", "120"}) {
+    const std::string build = "$VTBUILD dataset scene/SCENE.json -o a.vts --progress none --threads " + threads + " --memory ";
+    const Outcome refused = shell(build + "13M");
+    ASSERT_EQ(refused.exit_code, 1) << refused.err;
+    const std::string words = "it needs --memory ";
+    const std::size_t at = refused.err.find(words);
+    ASSERT_NE(at, std::string::npos) << refused.err;
+    const std::string named = refused.err.substr(at + words.size(), refused.err.find('M', at + words.size()) - at - words.size() + 1);
+    const Outcome built = shell(build + named);
+    EXPECT_EQ(built.exit_code, 0) << named << ": " << built.err;
+    shell("rm -f a.vts");
+  }
 }
 
 }  // namespace

@@ -178,5 +178,34 @@ TEST_F(Memory, WhatCannotFitSaysWhatWould) {
   EXPECT_FALSE(choose_block_levels(*plan, threads + 1, std::size_t{40} << 20).has_value());
 }
 
+// With more memory the sources keep more: what a refusal names has to be enough for a plan that is made with it.
+TEST_F(Memory, WhatARefusalNamesIsEnoughForAllLayers) {
+  write_unwritten_tiff(folder_ / "large.tif", 60000, 40000, 3, false, 100000.0, 5700000.0, 0.8);
+  write_unwritten_tiff(folder_ / "small.tif", 3000, 2000, 3, false, 100000.0, 5700000.0, 16.0);
+  const auto plans_with = [&](std::size_t memory) {
+    std::vector<LayerPlan> plans;
+    for (const char* name : {"small.tif", "large.tif"}) {
+      LayerRequest request = request_for({folder_ / name}, ChannelType::kColor);
+      request.name = name;
+      auto plan = plan_layer(request, std::nullopt, source_cache_bytes(memory));
+      EXPECT_TRUE(plan) << plan.error().message;
+      plans.push_back(std::move(*plan));
+    }
+    return plans;
+  };
+  for (const int threads : {1, 8, 64, 200}) {
+    const std::size_t little = std::size_t{20} << 20;
+    const auto refused = choose_block_levels(plans_with(little), threads, little);
+    ASSERT_FALSE(refused) << threads;
+    const std::string words = "it needs --memory ";
+    const std::size_t at = refused.error().message.find(words);
+    ASSERT_NE(at, std::string::npos) << refused.error().message;
+    const std::size_t named = std::stoul(refused.error().message.substr(at + words.size())) << 20;
+    const auto chosen = choose_block_levels(plans_with(named), threads, named);
+    EXPECT_TRUE(chosen) << refused.error().message << "; and then: " << chosen.error().message;
+    EXPECT_FALSE(choose_block_levels(plans_with(named / 2), threads, named / 2)) << "and not far from what is needed";
+  }
+}
+
 }  // namespace
 }  // namespace vt::pipeline
