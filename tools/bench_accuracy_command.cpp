@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 
 #include "builder/pipeline/plan_cost.h"
+#include "builder/text/json_text.h"
 #include "store/store_reader.h"
 #include "tools/bench_accuracy_scene.h"
 #include "tools/bench_build_contenders.h"
@@ -92,7 +93,7 @@ std::vector<Variant> peer_variants(const Input& scene, const Setting& setting) {
 // Bytes of texture a texel, without what the builder keeps for itself.
 Result<double> bytes_per_texel(const Variant& variant) {
   VT_ASSIGN(const std::string text, read_text_file(variant.report));
-  const auto report = nlohmann::json::parse(text, nullptr, false);
+  const auto report = text::json_or_null(text);
   const auto pointer = nlohmann::json::json_pointer("/layers/0/stored_bytes");
   if (!report.is_object() || !report.contains(pointer) || !report[pointer].is_number())
     return fail(ErrorCode::kInvalidData, "vtbuild --json does not say how many bytes it stored; is it of another version?");

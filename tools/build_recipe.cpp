@@ -4,6 +4,8 @@
 #include <array>
 #include <string_view>
 
+#include "builder/text/json_text.h"
+
 namespace vt::tools {
 namespace {
 
@@ -49,7 +51,7 @@ nlohmann::ordered_json recipe_of(const CLI::App& command, const std::filesystem:
 }
 
 Result<Recipe> read_recipe(const std::string& metadata_json, const std::filesystem::path& store) {
-  const auto metadata = nlohmann::json::parse(metadata_json, nullptr, false);
+  const auto metadata = text::json_or_null(metadata_json);
   const auto invalid = [&] {
     return fail(ErrorCode::kInvalidData,
                 store.string() + ": does not say how its layers were built; run the command that built them again, with --update");

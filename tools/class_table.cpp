@@ -4,6 +4,8 @@
 #include <charconv>
 #include <nlohmann/json.hpp>
 
+#include "builder/text/json_text.h"
+
 namespace vt::cli {
 namespace {
 
@@ -62,7 +64,7 @@ std::string ClassTable::summary() const {
 
 ClassTable class_table_of(const LayerInfo& layer) {
   ClassTable table;
-  const Json metadata = Json::parse(layer.metadata_json, nullptr, /*allow_exceptions=*/false);
+  const Json metadata = text::json_or_null(layer.metadata_json);
   if (layer.channel != ChannelType::kMaterial || !metadata.is_object()) return table;
   table.no_data = code_from(metadata, "no_data_class");
   const auto list = metadata.find("classes");

@@ -5,6 +5,8 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
+#include "builder/text/json_text.h"
+
 namespace vt::channels {
 namespace {
 
@@ -56,9 +58,10 @@ Result<Json> checked_entry(const Json& entry, std::size_t place, const ClassCoun
 
 }  // namespace
 
-Result<std::string> checked_class_table(std::string_view text, const ClassCounting& classes) {
-  const Json document = Json::parse(text, nullptr, false);
-  if (document.is_discarded()) return fail(ErrorCode::kInvalidData, "table of classes: is not JSON");
+Result<std::string> checked_class_table(std::string_view table, const ClassCounting& classes) {
+  const auto parsed = text::parse_ordered_json(table);
+  if (!parsed) return fail(ErrorCode::kInvalidData, "table of classes: " + parsed.error().message);
+  const Json& document = *parsed;
   const Json& list = document.is_object() && document.contains("classes") ? document["classes"] : document;
   if (!list.is_array()) return fail(ErrorCode::kInvalidData, "table of classes: is neither a list nor an object with a list \"classes\"");
   std::map<int, Json> by_id;

@@ -16,6 +16,7 @@
 #include "builder/channels/class_table.h"
 #include "builder/channels/format_of_channels.h"
 #include "builder/channels/nodata.h"
+#include "builder/text/json_text.h"
 
 namespace vt::channels {
 namespace {
@@ -268,7 +269,7 @@ MadeCodec make_material_codec(const ChannelSettings& settings, const SampleLayou
   Json table;
   if (const auto text = settings.options.find("classes"); text != settings.options.end()) {
     VT_ASSIGN(const std::string checked, checked_class_table(text->second, counting));
-    table = Json::parse(checked);
+    table = text::json_or_null(checked);
   }
   return std::make_unique<const MaterialCodec>(layout, settings.format, counting, !mixture.empty(), table);
 }

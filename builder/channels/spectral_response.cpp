@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "builder/channels/channel_options.h"
+#include "builder/text/json_text.h"
 
 namespace vt::channels {
 namespace {
@@ -46,8 +47,10 @@ Result<std::vector<ResponsePoint>> parse_lines(std::string_view text) {
   return points;
 }
 
-Result<std::vector<ResponsePoint>> parse_json(std::string_view text) {
-  const auto json = nlohmann::json::parse(text, nullptr, false);
+Result<std::vector<ResponsePoint>> parse_json(std::string_view table) {
+  const auto parsed = text::parse_json(table);
+  if (!parsed) return bad(parsed.error().message);
+  const nlohmann::json& json = *parsed;
   const auto numbers = [&](const char* name) -> std::optional<std::vector<double>> {
     if (!json.is_object() || !json.contains(name) || !json[name].is_array()) return std::nullopt;
     std::vector<double> values;

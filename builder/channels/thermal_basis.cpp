@@ -8,6 +8,7 @@
 #include <string>
 
 #include "builder/channels/symmetric_eigen.h"
+#include "builder/text/json_text.h"
 
 namespace vt::channels {
 namespace {
@@ -89,8 +90,10 @@ void scale_component(ThermalBasis& basis, std::size_t k) {
 
 }  // namespace
 
-Result<ThermalLibrary> parse_thermal_library(std::string_view text, const BandRadiance* band) {
-  const Json json = Json::parse(text, nullptr, false);
+Result<ThermalLibrary> parse_thermal_library(std::string_view library_text, const BandRadiance* band) {
+  const auto parsed = text::parse_json(library_text);
+  if (!parsed) return bad(parsed.error().message);
+  const Json& json = *parsed;
   if (!json.is_object()) return bad("it is no JSON object");
   const std::string kind = json.value("kind", Json()).is_string() ? json["kind"].get<std::string>() : "";
   if (kind != "temperature" && kind != "radiance") return bad("\"kind\" must be \"temperature\" or \"radiance\"");

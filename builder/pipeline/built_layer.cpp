@@ -4,6 +4,7 @@
 
 #include "builder/pipeline/block_marks.h"
 #include "builder/pipeline/block_quality.h"
+#include "builder/text/json_text.h"
 
 namespace vt::pipeline {
 namespace {
@@ -19,7 +20,7 @@ constexpr const char* kFailed = "failed";
 
 // What the numbers of a part are, in the words of its channel.
 Json values_of(const LayerPlan& plan, std::size_t part) {
-  Json values = Json::parse(plan.part(part).metadata_json);
+  Json values = text::json_or_null(plan.part(part).metadata_json);
   values["components"] = plan.part(part).components;
   values["unit"] = plan.part(part).unit;  // also when it has none: the channel's own would be wrong then
   return values;
@@ -77,7 +78,7 @@ struct BuildState {
 
 BuildState state_of(const LayerInfo& layer) {
   BuildState state;
-  const auto metadata = Json::parse(layer.metadata_json, nullptr, false);
+  const auto metadata = text::json_or_null(layer.metadata_json);
   state.is_ours = metadata.is_object() && metadata.contains("settings") && metadata["settings"].is_object() &&
                   metadata.contains("block_levels") && metadata["block_levels"].is_number_integer();
   if (!state.is_ours) return state;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
+#include "builder/text/json_text.h"
 #include "store/store_reader.h"
 
 namespace vt::pipeline {
@@ -20,7 +21,7 @@ Result<std::optional<DatasetFrame>> existing_frame(const std::filesystem::path& 
   if (error) return fail(ErrorCode::kIo, path.string() + ": " + error.message());
   if (!exists) return std::optional<DatasetFrame>{};
   VT_ASSIGN(const store::StoreReader reader, store::StoreReader::open(path));
-  const auto metadata = nlohmann::json::parse(reader.description().metadata_json, nullptr, false);
+  const auto metadata = text::json_or_null(reader.description().metadata_json);
   if (!metadata.is_object() || !metadata.contains("crs"))
     return fail(ErrorCode::kInvalidData,
                 path.string() + ": the store's metadata name no coordinate reference system, so nothing can be placed in it");

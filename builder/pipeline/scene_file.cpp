@@ -1,12 +1,8 @@
 #include "builder/pipeline/scene_file.h"
 
 #include <algorithm>
-#include <cerrno>
-#include <cstring>
-#include <fstream>
 #include <iterator>
 #include <nlohmann/json.hpp>
-#include <sstream>
 #include <valijson/adapters/nlohmann_json_adapter.hpp>
 #include <valijson/schema.hpp>
 #include <valijson/schema_parser.hpp>
@@ -16,6 +12,8 @@
 #include "builder/pipeline/embedded_schemas.h"
 #include "builder/pipeline/input_list.h"
 #include "builder/pipeline/option_files.h"
+#include "builder/text/json_text.h"
+#include "builder/text/text_file.h"
 
 namespace vt::pipeline {
 namespace {
@@ -166,18 +164,10 @@ Result<void> check_against_dataset_schema(const json& document, const std::strin
 }
 
 Result<Scene> read_scene(const std::filesystem::path& path) {
-  std::ifstream file(path);
-  if (!file) return fail(ErrorCode::kIo, path.string() + ": cannot be opened: " + std::strerror(errno));
-  std::stringstream text;
-  text << file.rdbuf();
-  if (file.bad() || text.bad()) return fail(ErrorCode::kIo, path.string() + ": cannot be read");
-
-  json document;
-  try {
-    document = json::parse(text.str());
-  } catch (const json::parse_error& e) {
-    return fail(ErrorCode::kInvalidData, path.string() + ": not valid JSON at byte " + std::to_string(e.byte) + ": " + e.what());
-  }
+  VT_ASSIGN(const std::string content, text::read_text_file(path, text::kMaxJsonBytes));
+  auto parsed = text::parse_json(content);
+  if (!parsed) return fail(parsed.error().code, path.string() + ": " + parsed.error().message);
+  const json document = std::move(*parsed);
   VT_CHECK(check_against_dataset_schema(document, path.string()));
 
   Scene scene;
