@@ -7,6 +7,7 @@
 #include <string_view>
 
 #include "store/bytes.h"
+#include "store/text.h"
 
 namespace vt::store {
 namespace {
@@ -16,31 +17,7 @@ constexpr std::size_t kComponentsAt = 128;  // in a layer's entry
 constexpr std::uint8_t kPartFlag = 1;
 constexpr std::uint8_t kZeroIsNodataFlag = 2;
 
-// RFC 3629: no overlong forms, no surrogates, nothing above U+10FFFF.
-bool is_utf8(std::string_view text) {
-  for (std::size_t i = 0; i < text.size();) {
-    const auto lead = static_cast<unsigned char>(text[i]);
-    const std::size_t length = lead < 0x80                   ? 1
-                               : lead >= 0xC2 && lead < 0xE0 ? 2
-                               : lead >= 0xE0 && lead < 0xF0 ? 3
-                               : lead >= 0xF0 && lead < 0xF5 ? 4
-                                                             : 0;
-    if (length == 0 || length > text.size() - i) return false;
-    for (std::size_t k = 1; k < length; ++k)
-      if ((static_cast<unsigned char>(text[i + k]) & 0xC0) != 0x80) return false;
-    const auto second = static_cast<unsigned char>(length > 1 ? text[i + 1] : 0);
-    if ((lead == 0xE0 && second < 0xA0) || (lead == 0xED && second > 0x9F) || (lead == 0xF0 && second < 0x90) ||
-        (lead == 0xF4 && second > 0x8F))
-      return false;
-    i += length;
-  }
-  return true;
-}
-
-bool is_name(std::string_view name) {
-  if (name.empty() || name.size() > kMaxNameBytes || !is_utf8(name)) return false;
-  return std::none_of(name.begin(), name.end(), [](char c) { return static_cast<unsigned char>(c) < 0x20 || c == 0x7F; });
-}
+bool is_name(std::string_view name) { return !name.empty() && name.size() <= kMaxNameBytes && is_plain_text(name); }
 
 std::string number(auto value) { return std::to_string(value); }
 
@@ -63,7 +40,7 @@ std::string description_fault(const StoreDescription& description) {
 
 std::string layer_fault(const LayerInfo& info) {
   if (info.id.value >= kMaxLayers) return "id " + number(info.id.value) + " is over 4095";
-  if (!is_name(info.name)) return "a name is 1 to 63 bytes of UTF-8 without control characters";
+  if (!is_name(info.name)) return "a name is 1 to 63 bytes of UTF-8 without control characters and without characters that reorder text";
   if (!channel_from_number(static_cast<std::uint16_t>(info.channel)))
     return "channel type " + number(static_cast<int>(info.channel)) + " is not known";
   if (!format_from_number(static_cast<std::uint16_t>(info.format)))

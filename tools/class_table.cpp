@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "builder/text/json_text.h"
+#include "store/text.h"
 
 namespace vt::cli {
 namespace {
@@ -27,7 +28,7 @@ std::optional<int> code_from(const Json& object, const char* member) {
 
 std::string text_from(const Json& object, const char* member) {
   const auto found = object.find(member);
-  return found != object.end() && found->is_string() ? found->get<std::string>() : std::string();
+  return found != object.end() && found->is_string() ? store::printable(found->get<std::string>()) : std::string();
 }
 
 }  // namespace

@@ -22,6 +22,7 @@
 #include <sstream>
 
 #include "store/mapping.h"
+#include "store/text.h"
 
 namespace vt::cli {
 
@@ -151,16 +152,18 @@ int run_main(CLI::App& app, int argc, const char* const* argv, const std::functi
 
 void print(std::string_view text) {
   errno = 0;
-  if (std::fwrite(text.data(), 1, text.size(), stdout) != text.size()) throw OutputFailed{errno};
+  const std::string shown = store::printable_lines(text);
+  if (std::fwrite(shown.data(), 1, shown.size(), stdout) != shown.size()) throw OutputFailed{errno};
 }
 
 void print_json(const nlohmann::ordered_json& document) {
   // Names in a damaged store may be any bytes; JSON is UTF-8.
+  // What print() spells out in a string is JSON's own way to write it.
   print(document.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n");
 }
 
 void print_note(std::string_view program, std::string_view text) {
-  const std::string line = fmt::format("{}: {}\n", program, text);
+  const std::string line = fmt::format("{}: {}\n", program, store::printable_lines(text));
   // Nothing sensible can be done when standard error is closed.
   std::fwrite(line.data(), 1, line.size(), stderr);
 }
@@ -248,6 +251,7 @@ struct Progress::Impl {
     if (!options.clock) options.clock = [] { return Clock::now(); };
     const bool is_terminal = options.out_is_terminal.value_or(options.out == nullptr && isatty(STDERR_FILENO) == 1);
     if (options.out == nullptr) options.out = &std::cerr;
+    options.title = store::printable(options.title);
     silent = options.mode == ProgressMode::kNone;
     bar = options.mode == ProgressMode::kAuto && is_terminal;
   }
@@ -372,7 +376,7 @@ void Progress::set_total(std::uint64_t total) {
 void Progress::note(std::string_view text) {
   const std::lock_guard lock(impl_->mutex);
   if (impl_->line_open) *impl_->options.out << "\r\x1b[K";
-  *impl_->options.out << text << '\n' << std::flush;
+  *impl_->options.out << store::printable_lines(text) << '\n' << std::flush;
   if (impl_->line_open) impl_->draw_bar(impl_->options.clock());
 }
 

@@ -37,7 +37,9 @@ void add_help_footer(CLI::App& app, std::string_view examples);
 // Error (store/mapping.h). Call it before any file is opened.
 [[nodiscard]] int run_main(CLI::App& app, int argc, const char* const* argv, const std::function<Result<int>()>& command);
 
-// Standard output. Leaves run_main's `command` when nothing more can be written, so no caller has to check.
+// Standard output. Leaves run_main's `command` when nothing more can be written, so no caller has to check. Characters of names, paths and
+// metadata that would steer a terminal are spelled out, here and wherever else this header prints (store/text.h); line feeds and tabs are
+// the layout's. A value that must not have those either goes through store::printable() first.
 void print(std::string_view text);
 void print_json(const nlohmann::ordered_json& document);
 // A line `program: text` on standard error, for facts that do not stop the program.

@@ -7,6 +7,7 @@
 #include <string_view>
 
 #include "store/channel.h"
+#include "store/text.h"
 
 namespace vt::inspect {
 namespace {
@@ -21,7 +22,7 @@ const Json& member(const Json& json, const char* name) {
   return found == json.end() ? nothing : *found;
 }
 
-std::string text_of(const Json& json) { return json.is_string() ? json.get<std::string>() : std::string(); }
+std::string text_of(const Json& json) { return json.is_string() ? store::printable(json.get<std::string>()) : std::string(); }
 
 std::string number_text(const Json& row, const char* name, std::string_view format) {
   const Json& number = member(row, name);
@@ -46,7 +47,7 @@ std::vector<std::string> component_names(const Json& metadata) {
 
 std::string unit_of(const LayerInfo& layer, const Json& metadata) {
   const Json& unit = member(metadata, "unit");
-  return unit.is_string() ? unit.get<std::string>() : std::string(channel_info(layer.channel).unit);
+  return unit.is_string() ? text_of(unit) : std::string(channel_info(layer.channel).unit);
 }
 
 std::string quality_table(const Json& metadata) {

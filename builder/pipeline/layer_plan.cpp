@@ -15,6 +15,7 @@
 #include "builder/pipeline/place_source.h"
 #include "builder/pipeline/plan_remarks.h"
 #include "store/content_hash.h"
+#include "store/text.h"
 
 namespace vt::pipeline {
 namespace {
@@ -66,6 +67,9 @@ TexelFormat usual_format(ChannelType channel, SampleType samples, bool may_be_em
 
 // All of the layer but its place and size. `may_be_empty`: there can be texels without data inside a source; `first` is the first source's.
 Result<LayerInfo> describe_layer(const LayerRequest& request, bool may_be_empty, const channels::SampleLayout& first) {
+  if (request.name.empty() || !store::is_plain_text(request.name))
+    return fail(ErrorCode::kUsage, "a layer cannot be called \"" + request.name +
+                                       "\": a name is UTF-8 without control characters and without characters that reorder text");
   LayerInfo info;
   info.name = request.name;
   info.channel = request.channel;

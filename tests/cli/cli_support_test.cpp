@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <atomic>
 #include <charconv>
+#include <nlohmann/json.hpp>
 #include <random>
 #include <sstream>
 #include <stdexcept>
@@ -73,6 +74,27 @@ TEST(RunMain, TurnsAnEscapedExceptionIntoAnInternalError) {
   const Observed result = run_app(nullptr, []() -> Result<int> { throw std::runtime_error("surprise"); });
   EXPECT_EQ(result.code, 4);
   EXPECT_THAT(result.err, AllOf(StartsWith("prog: internal error"), HasSubstr("surprise")));
+}
+
+TEST(RunMain, NothingThatIsPrintedSteersTheTerminal) {
+  const std::string name = "a\x1b[31m\xc2\x9b\xff\nb\tc";
+  const std::string shown = "a\\u001b[31m\\u009b\\xff\nb\tc";
+  const Observed observed = run_app(nullptr, [&]() -> Result<int> {
+    print(name + "\n");
+    print_json({{"name", name}});
+    print_note("prog", name);
+    return fail(ErrorCode::kIo, name);
+  });
+  EXPECT_EQ(observed.out, shown + "\n{\n  \"name\": \"a\\u001b[31m\\u009b\xef\xbf\xbd\\nb\\tc\"\n}\n");
+  EXPECT_EQ(observed.err, "prog: " + shown + "\nprog: " + shown + "\n");
+  EXPECT_THAT(run_app("--\x1b[31m", []() -> Result<int> { return 0; }).err, AllOf(HasSubstr("\\u001b[31m"), Not(HasSubstr("\x1b"))));
+
+  std::ostringstream out;
+  Progress progress({.title = "building \x1b[31m\n", .unit = "texels", .total = 4, .out = &out, .out_is_terminal = false});
+  progress.update(0);
+  progress.note(name);
+  progress.finish();
+  EXPECT_THAT(out.str(), AllOf(HasSubstr("building \\u001b[31m\\u000a: 4 texels"), HasSubstr(shown), Not(HasSubstr("\x1b"))));
 }
 
 TEST(RunMain, CallsWrongUsageByItsName) {

@@ -252,9 +252,15 @@ bool is_utf8(const std::string& text) {
   return true;
 }
 
+// Of a text that is UTF-8.
 bool has_control_characters(const std::string& text) {
-  for (const char c : text) {
-    if (static_cast<unsigned char>(c) <= 0x1F || c == 0x7F) return true;
+  const auto byte = [&](std::size_t i) { return i < text.size() ? static_cast<unsigned char>(text[i]) : 0U; };
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    if (byte(i) <= 0x1F || byte(i) == 0x7F) return true;
+    if (byte(i) == 0xC2 && byte(i + 1) <= 0x9F) return true;  // U+0080 to U+009F
+    if (byte(i) != 0xE2) continue;
+    if (byte(i + 1) == 0x80 && byte(i + 2) >= 0xA8 && byte(i + 2) <= 0xAE) return true;  // U+2028 to U+202E
+    if (byte(i + 1) == 0x81 && byte(i + 2) >= 0xA6 && byte(i + 2) <= 0xA9) return true;  // U+2066 to U+2069
   }
   return false;
 }
