@@ -18,8 +18,10 @@
 #include <exception>
 #include <iostream>
 #include <mutex>
+#include <new>
 #include <nlohmann/json.hpp>
 #include <sstream>
+#include <system_error>
 
 #include "store/mapping.h"
 #include "store/text.h"
@@ -143,6 +145,11 @@ int run_main(CLI::App& app, int argc, const char* const* argv, const std::functi
       print_note(program, fmt::format("standard output: cannot write: {}", std::strerror(failure.error_number)));
     }
     return kIoExit;
+  } catch (const std::bad_alloc&) {
+    return report(program,
+                  {ErrorCode::kIo, "not enough memory; a smaller --memory, where there is one, or a smaller part at a time needs less"});
+  } catch (const std::system_error& error) {
+    return report(program, {ErrorCode::kIo, fmt::format("the system refused something that is needed: {}", error.what())});
   } catch (const std::exception& error) {
     return report(program, {ErrorCode::kInternal, fmt::format("internal error, please report it: {}", error.what())});
   } catch (...) {

@@ -5,7 +5,10 @@
 #include <condition_variable>
 #include <exception>
 #include <mutex>
+#include <optional>
 #include <set>
+#include <string>
+#include <system_error>
 #include <thread>
 
 #include "builder/pipeline/block_quality.h"
@@ -54,8 +57,16 @@ class TierRun {
     const auto workers_wanted = std::min(static_cast<std::size_t>(threads), blocks_.size());
     running_ = workers_wanted;
     std::vector<std::jthread> workers;
-    for (std::size_t i = 0; i < workers_wanted; ++i) workers.emplace_back([this] { work(); });
+    std::optional<std::string> refusal;
+    try {
+      while (workers.size() < workers_wanted) workers.emplace_back([this] { work(); });
+    } catch (const std::system_error& problem) {
+      refusal = problem.what();  // the threads that there are do the work
+    }
     std::unique_lock lock(mutex_);
+    running_ -= workers_wanted - workers.size();
+    finished_.notify_all();
+    if (workers.empty() && refusal) return fail(ErrorCode::kIo, "the system gives no thread to work with: " + *refusal);
     const auto interval = std::chrono::duration<double>(options_.checkpoint_seconds);
     while (!finished_.wait_for(lock, interval, [this] { return running_ == 0; })) {
       lock.unlock();
@@ -117,8 +128,9 @@ class TierRun {
     try {
       return job.run(tier_, index, report, options_.cancel);
     } catch (const std::exception& problem) {
-      return fail(ErrorCode::kInternal, "layer '" + plan_.info.name + "', level " + std::to_string(work_.tiers()[tier_].base.value) +
-                                            ", block " + std::to_string(index) + ": " + problem.what());
+      const Error error = error_of(problem);
+      return fail(error.code, "layer '" + plan_.info.name + "', level " + std::to_string(work_.tiers()[tier_].base.value) + ", block " +
+                                  std::to_string(index) + ": " + error.message);
     }
   }
 

@@ -4,13 +4,21 @@
 #include <atomic>
 #include <exception>
 #include <mutex>
+#include <new>
 #include <optional>
+#include <system_error>
 #include <thread>
 #include <vector>
 
 namespace vt::pipeline {
 
 int thread_count(int requested) { return requested > 0 ? requested : std::max(1, static_cast<int>(std::thread::hardware_concurrency())); }
+
+Error error_of(const std::exception& problem) {
+  if (dynamic_cast<const std::bad_alloc*>(&problem) != nullptr)
+    return {ErrorCode::kIo, "not enough memory; less of it (--memory) and fewer threads (--threads) need less"};
+  return {ErrorCode::kInternal, problem.what()};
+}
 
 Result<void> for_each_index(std::size_t count, int threads, const std::function<Result<void>(std::size_t)>& step) {
   std::atomic<std::size_t> next{0};
@@ -21,7 +29,7 @@ Result<void> for_each_index(std::size_t count, int threads, const std::function<
     try {
       return step(index);
     } catch (const std::exception& problem) {
-      return fail(ErrorCode::kInternal, problem.what());
+      return tl::unexpected(error_of(problem));
     }
   };
   // Numbers are handed out in order, so every smaller one has been begun when a step fails, and will be heard before the threads are
@@ -41,7 +49,11 @@ Result<void> for_each_index(std::size_t count, int threads, const std::function<
   {
     std::vector<std::jthread> helpers;
     const std::size_t wanted = std::min(count, static_cast<std::size_t>(std::max(threads, 1)));
-    for (std::size_t i = 1; i < wanted; ++i) helpers.emplace_back(work);
+    try {
+      for (std::size_t i = 1; i < wanted; ++i) helpers.emplace_back(work);
+    } catch (const std::system_error&) {
+      // The system has no more threads to give; those that there are do the work.
+    }
     work();
   }
   if (error) return tl::unexpected(std::move(*error));

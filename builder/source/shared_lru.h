@@ -35,7 +35,7 @@ class SharedLru {
     lock.unlock();
 
     // Whatever happens, exceptions included, the slot must not stay empty: others wait for it.
-    Result<Value> value = fail(ErrorCode::kInternal, "out of memory for one decoded block");
+    Result<Value> value = fail(ErrorCode::kIo, "not enough memory for one decoded block");
     try {
       value = make();
     } catch (const std::bad_alloc&) {

@@ -59,7 +59,7 @@ void SpilledRows::set_state(std::int64_t cell, State state) {
 }
 
 Result<void> SpilledRows::decode_and_keep(std::int64_t cell) {
-  Result<Block> samples = fail(ErrorCode::kInternal, "out of memory for one decoded block");
+  Result<Block> samples = fail(ErrorCode::kIo, "not enough memory for one decoded block");
   try {
     samples = decoder_.decode_cell(0, cell, plane_);
   } catch (const std::bad_alloc&) {

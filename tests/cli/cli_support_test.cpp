@@ -7,10 +7,12 @@
 #include <algorithm>
 #include <atomic>
 #include <charconv>
+#include <new>
 #include <nlohmann/json.hpp>
 #include <random>
 #include <sstream>
 #include <stdexcept>
+#include <system_error>
 #include <thread>
 #include <vector>
 
@@ -74,6 +76,16 @@ TEST(RunMain, TurnsAnEscapedExceptionIntoAnInternalError) {
   const Observed result = run_app(nullptr, []() -> Result<int> { throw std::runtime_error("surprise"); });
   EXPECT_EQ(result.code, 4);
   EXPECT_THAT(result.err, AllOf(StartsWith("prog: internal error"), HasSubstr("surprise")));
+}
+
+TEST(RunMain, WhatTheSystemRefusesIsNotOurFault) {
+  const Observed memory = run_app(nullptr, []() -> Result<int> { throw std::bad_alloc(); });
+  EXPECT_EQ(memory.code, 2);
+  EXPECT_THAT(memory.err, HasSubstr("prog: not enough memory"));
+  const Observed threads = run_app(
+      nullptr, []() -> Result<int> { throw std::system_error(std::make_error_code(std::errc::resource_unavailable_try_again), "thread"); });
+  EXPECT_EQ(threads.code, 2);
+  EXPECT_THAT(threads.err, HasSubstr("prog: the system refused something that is needed: thread"));
 }
 
 TEST(RunMain, NothingThatIsPrintedSteersTheTerminal) {
