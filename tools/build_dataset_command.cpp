@@ -51,6 +51,7 @@ std::function<Result<int>()> add_dataset_command(CLI::App& app, std::shared_ptr<
   return [flags, command]() -> Result<int> {
     if (!command->parsed()) return -1;
     flags->build.recipe = recipe_of(*command, flags->output);
+    VT_CHECK(check_recipe(flags->build.recipe));
     return run(*flags);
   };
 }

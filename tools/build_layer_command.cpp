@@ -249,6 +249,7 @@ std::function<Result<int>()> add_layer_command(CLI::App& app, std::shared_ptr<nl
   return [flags, command]() -> Result<int> {
     if (!command->parsed()) return -1;
     flags->build.recipe = recipe_of(*command, flags->output);
+    VT_CHECK(check_recipe(flags->build.recipe));
     return run(*flags);
   };
 }

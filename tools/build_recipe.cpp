@@ -5,6 +5,7 @@
 #include <string_view>
 
 #include "builder/text/json_text.h"
+#include "store/text.h"
 
 namespace vt::tools {
 namespace {
@@ -48,6 +49,17 @@ nlohmann::ordered_json recipe_of(const CLI::App& command, const std::filesystem:
   const std::filesystem::path store_folder = std::filesystem::absolute(store).lexically_normal().parent_path();
   const std::filesystem::path folder = here.lexically_relative(store_folder);
   return {{"arguments", arguments}, {"folder", (folder.empty() ? here : folder).generic_string()}};
+}
+
+Result<void> check_recipe(const nlohmann::ordered_json& recipe) {
+  const auto check = [](const nlohmann::ordered_json& text) -> Result<void> {
+    if (store::is_utf8(text.get_ref<const std::string&>())) return {};
+    return fail(ErrorCode::kUsage, "\"" + text.get<std::string>() +
+                                       "\" is not UTF-8, and a store keeps as text how it was built; rename what is called so, or give "
+                                       "another name");
+  };
+  for (const auto& argument : recipe["arguments"]) VT_CHECK(check(argument));
+  return check(recipe["folder"]);
 }
 
 Result<Recipe> read_recipe(const std::string& metadata_json, const std::filesystem::path& store) {

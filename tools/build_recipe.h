@@ -24,6 +24,9 @@ struct Recipe {
 // sources may move together.
 [[nodiscard]] nlohmann::ordered_json recipe_of(const CLI::App& command, const std::filesystem::path& store);
 
+// kUsage: an argument, or the folder, is not UTF-8, and metadata are.
+[[nodiscard]] Result<void> check_recipe(const nlohmann::ordered_json& recipe);
+
 // The recipe in a layer's metadata; its folder made absolute. kInvalidData when there is none, or not one of ours.
 [[nodiscard]] Result<Recipe> read_recipe(const std::string& metadata_json, const std::filesystem::path& store);
 

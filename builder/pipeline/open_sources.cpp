@@ -10,6 +10,7 @@
 #include "builder/channels/channel_codec.h"
 #include "builder/pipeline/parallel.h"
 #include "store/content_hash.h"
+#include "store/text.h"
 
 namespace vt::pipeline {
 namespace {
@@ -53,6 +54,9 @@ geo::GeoTransform transform_of(const RasterInfo& info) {
 }
 
 Result<OpenSource> open_source(const SourceRequest& request, ChannelType channel, const SharedReading& shared) {
+  if (!store::is_utf8(request.path.string()))
+    return fail(ErrorCode::kUsage,
+                request.path.string() + ": this name is not UTF-8, and a store keeps the names of its sources as text; rename the file");
   source::OpenOptions options;
   options.crs = request.crs;
   options.extent = request.extent;
