@@ -54,7 +54,8 @@ Result<void> sync_folder_of(const std::filesystem::path& path) {
 
 Result<File> File::open(const std::filesystem::path& path, Mode mode) {
   const bool creates = mode == Mode::kCreate || mode == Mode::kCreatePrivate;
-  const int flags = O_CLOEXEC | (mode == Mode::kRead ? O_RDONLY : O_RDWR) | (creates ? O_CREAT | O_EXCL : 0);
+  // O_NONBLOCK: a pipe that nobody writes to must be refused, not waited for; it changes nothing about files.
+  const int flags = O_CLOEXEC | O_NONBLOCK | O_NOCTTY | (mode == Mode::kRead ? O_RDONLY : O_RDWR) | (creates ? O_CREAT | O_EXCL : 0);
   File file;
   file.path_ = path;
   file.fd_ = above_standard_streams(::open(path.c_str(), flags, mode == Mode::kCreatePrivate ? 0600 : 0666));
@@ -63,6 +64,7 @@ Result<File> File::open(const std::filesystem::path& path, Mode mode) {
     return fail(error_number == EEXIST ? ErrorCode::kExists : ErrorCode::kIo,
                 path.string() + (creates ? ": cannot create: " : ": cannot open: ") + reason(error_number));
   }
+  VT_CHECK(file.size());  // says what is no regular file
   return file;
 }
 
