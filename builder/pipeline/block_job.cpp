@@ -138,7 +138,7 @@ Result<void> BlockJob::run(std::size_t tier_index, std::int64_t index, const std
   if (tier_index == 0) {
     VT_CHECK(feed_from_sources(cascade, output, progress, cancel));
   } else {
-    VT_CHECK(feed_from_carry(tier_index, cascade, output));
+    VT_CHECK(feed_from_carry(tier_index, cascade, output, cancel));
     progress(work_.core_texels(tier_index, index));
   }
   VT_CHECK(output.status());
@@ -222,10 +222,11 @@ Result<void> BlockJob::load_carry_band(std::size_t tier, std::int64_t tile_row, 
   return {};
 }
 
-Result<void> BlockJob::feed_from_carry(std::size_t tier, pyramid::Cascade& cascade, Output& output) {
+Result<void> BlockJob::feed_from_carry(std::size_t tier, pyramid::Cascade& cascade, Output& output, const std::atomic<bool>* cancel) {
   const TexelRect active = cascade.level(0).active;
   const int exponent = plan_.info.tile_exponent;
   for (std::int64_t row = active.y >> exponent; row <= (active.bottom() - 1) >> exponent; ++row) {
+    if (cancel != nullptr && cancel->load(std::memory_order_relaxed)) return fail(ErrorCode::kCancelled, "stopped");
     VT_CHECK(load_carry_band(tier, row, active));
     VT_CHECK(cascade.feed_carry({.first_column = active.x >> exponent, .row = row, .tiles = carry_band_}, output));
     VT_CHECK(output.status());

@@ -50,7 +50,7 @@ class BlockJob {
   [[nodiscard]] Result<void> put_blob(LayerId layer, TileId tile, std::span<const std::byte> bytes);
   [[nodiscard]] Result<void> feed_from_sources(pyramid::Cascade& cascade, Output& output,
                                                const std::function<void(std::uint64_t)>& progress, const std::atomic<bool>* cancel);
-  [[nodiscard]] Result<void> feed_from_carry(std::size_t tier, pyramid::Cascade& cascade, Output& output);
+  [[nodiscard]] Result<void> feed_from_carry(std::size_t tier, pyramid::Cascade& cascade, Output& output, const std::atomic<bool>* cancel);
   [[nodiscard]] Result<void> load_carry_band(std::size_t tier, std::int64_t tile_row, const TexelRect& active);
 
   const LayerPlan& plan_;
