@@ -61,7 +61,6 @@ class ScratchFolder {
   std::filesystem::path path_;
 };
 
-[[nodiscard]] Result<void> write_text_file(const std::filesystem::path& path, std::string_view text);
 [[nodiscard]] Result<std::string> read_text_file(const std::filesystem::path& path);
 
 // kCancelled when Ctrl-C was pressed.

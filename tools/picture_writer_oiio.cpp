@@ -1,29 +1,62 @@
 // PNG and EXR, row by row. Part of the library that holds all of OpenImageIO.
+#include <OpenImageIO/filesystem.h>
 #include <OpenImageIO/imageio.h>
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <cassert>
-#include <system_error>
 #include <utility>
 
+#include "store/output_file.h"
 #include "tools/picture_writer_module.h"
 
 namespace vt::cli {
 
 namespace {
 
+// Where OpenImageIO's writers put their bytes. Some of them look at no return value: what fails is kept by the file.
+class FileProxy final : public OIIO::Filesystem::IOProxy {
+ public:
+  explicit FileProxy(store::OutputFile file) : IOProxy("", Mode::Write), file_(std::move(file)) {}
+  const char* proxytype() const override { return "vt::store::OutputFile"; }
+  std::size_t write(const void* bytes, std::size_t count) override {
+    const std::size_t written = pwrite(bytes, count, m_pos);
+    m_pos += static_cast<std::int64_t>(written);
+    return written;
+  }
+  std::size_t pwrite(const void* bytes, std::size_t count, std::int64_t offset) override {
+    const bool done = file_.write_at(static_cast<std::uint64_t>(offset), {static_cast<const std::byte*>(bytes), count}).has_value();
+    return done ? count : 0;
+  }
+  std::size_t size() const override { return file_.size(); }
+  [[nodiscard]] store::OutputFile& file() { return file_; }
+
+ private:
+  store::OutputFile file_;
+};
+
 class OiioPicture : public PictureWriter {
  public:
-  OiioPicture(std::unique_ptr<OIIO::ImageOutput> output, std::filesystem::path path, std::filesystem::path temporary,
-              const PictureSpec& spec)
-      : output_(std::move(output)), path_(std::move(path)), temporary_(std::move(temporary)), spec_(spec) {}
+  OiioPicture(store::OutputFile file, const PictureSpec& spec) : proxy_(std::move(file)), spec_(spec) {}
 
   ~OiioPicture() override {
-    if (is_finished_) return;
-    output_->close();
-    std::error_code ignored;
-    std::filesystem::remove(temporary_, ignored);
+    if (output_) output_->close();  // the file goes with proxy_
+  }
+
+  Result<void> open() {
+    output_ = OIIO::ImageOutput::create(path().string(), &proxy_);
+    if (!output_)
+      return fail(ErrorCode::kInternal, fmt::format("{}: OpenImageIO cannot write this kind: {}", path().string(), OIIO::geterror()));
+    OIIO::ImageSpec picture(static_cast<int>(spec_.width), static_cast<int>(spec_.height), spec_.channels,
+                            spec_.is_float ? OIIO::TypeDesc::FLOAT : OIIO::TypeDesc::UINT8);
+    if (spec_.last_is_alpha) picture.alpha_channel = spec_.channels - 1;
+    if (spec_.channels == 2 && spec_.last_is_alpha) picture.channelnames = {"Y", "A"};
+    if (spec_.channels == 1) picture.channelnames = {"Y"};
+    picture.attribute("oiio:UnassociatedAlpha", 1);
+    if (spec_.is_srgb) picture.attribute("oiio:ColorSpace", "sRGB");
+    if (spec_.is_float) picture.attribute("compression", "zip");
+    // The name says which format is meant; nothing is opened under it.
+    if (!output_->open(path().string(), picture)) return failed("create");
+    return {};
   }
 
   Result<void> write_rows(std::span<const std::byte> texels, std::int64_t rows) override {
@@ -39,26 +72,24 @@ class OiioPicture : public PictureWriter {
   }
 
   Result<void> finish() override {
-    if (!output_->close()) return failed("finish");
-    std::error_code error;
-    std::filesystem::rename(temporary_, path_, error);
-    if (error)
-      return fail(ErrorCode::kIo, fmt::format("{}: cannot rename {} to it: {}", path_.string(), temporary_.string(), error.message()));
-    is_finished_ = true;
-    return {};
+    const bool closed = output_->close();
+    if (!closed) return failed("finish");
+    output_.reset();
+    return proxy_.file().finish();
   }
 
  private:
-  [[nodiscard]] tl::unexpected<Error> failed(const char* act) const {
-    return fail(ErrorCode::kIo, fmt::format("{}: cannot {}: {}", path_.string(), act, output_->geterror()));
+  [[nodiscard]] const std::filesystem::path& path() { return proxy_.file().path(); }
+  [[nodiscard]] tl::unexpected<Error> failed(const char* act) {
+    std::string reason = output_->geterror();
+    if (const std::optional<Error>& failure = proxy_.file().failure()) return tl::unexpected(*failure);
+    return fail(ErrorCode::kIo, fmt::format("{}: cannot {}: {}", path().string(), act, reason));
   }
 
+  FileProxy proxy_;
   std::unique_ptr<OIIO::ImageOutput> output_;
-  std::filesystem::path path_;
-  std::filesystem::path temporary_;
   PictureSpec spec_;
   std::int64_t next_row_ = 0;
-  bool is_finished_ = false;
 };
 
 Result<std::unique_ptr<PictureWriter>> create_oiio(const std::filesystem::path& path, const PictureSpec& spec) {
@@ -67,26 +98,10 @@ Result<std::unique_ptr<PictureWriter>> create_oiio(const std::filesystem::path& 
     return fail(ErrorCode::kUnsupported, fmt::format("{}: {} x {} texels are more than the format holds; write .tif or choose a --window",
                                                      path.string(), spec.width, spec.height));
   }
-  auto output = OIIO::ImageOutput::create(path.string());
-  if (!output)
-    return fail(ErrorCode::kInternal, fmt::format("{}: OpenImageIO cannot write this kind: {}", path.string(), OIIO::geterror()));
-
-  OIIO::ImageSpec picture(static_cast<int>(spec.width), static_cast<int>(spec.height), spec.channels,
-                          spec.is_float ? OIIO::TypeDesc::FLOAT : OIIO::TypeDesc::UINT8);
-  if (spec.last_is_alpha) picture.alpha_channel = spec.channels - 1;
-  if (spec.channels == 2 && spec.last_is_alpha) picture.channelnames = {"Y", "A"};
-  if (spec.channels == 1) picture.channelnames = {"Y"};
-  picture.attribute("oiio:UnassociatedAlpha", 1);
-  if (spec.is_srgb) picture.attribute("oiio:ColorSpace", "sRGB");
-  if (spec.is_float) picture.attribute("compression", "zip");
-
-  // The name keeps its suffix at the end, because the plug-in looks at it.
-  const std::filesystem::path temporary =
-      path.parent_path() / fmt::format(".{}.{}.partial{}", path.stem().string(), ::getpid(), path.extension().string());
-  if (!output->open(temporary.string(), picture)) {
-    return fail(ErrorCode::kIo, fmt::format("{}: cannot create: {}", path.string(), output->geterror()));
-  }
-  return std::make_unique<OiioPicture>(std::move(output), path, temporary, spec);
+  VT_ASSIGN(store::OutputFile file, store::OutputFile::create(path));
+  auto picture = std::make_unique<OiioPicture>(std::move(file), spec);
+  VT_CHECK(picture->open());
+  return picture;
 }
 
 }  // namespace

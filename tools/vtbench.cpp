@@ -4,6 +4,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "store/output_file.h"
 #include "tools/bench_commands.h"
 #include "tools/bench_support.h"
 #include "tools/cli_support.h"
@@ -32,10 +33,10 @@ Result<void> ResultFlags::deliver(const std::string& heading, const Table& table
     if (!remarks.empty()) cli::print("\n" + remarks);
   }
   if (!markdown.empty())
-    VT_CHECK(write_text_file(
+    VT_CHECK(store::write_whole_file(
         markdown, fmt::format("{}\n\n{}\n\n{}{}{}", heading, machine.text(), table.markdown(), remarks.empty() ? "" : "\n", remarks)));
-  if (!csv.empty()) VT_CHECK(write_text_file(csv, table.csv()));
-  if (!svg.empty()) VT_CHECK(write_text_file(svg, svg_text));
+  if (!csv.empty()) VT_CHECK(store::write_whole_file(csv, table.csv()));
+  if (!svg.empty()) VT_CHECK(store::write_whole_file(svg, svg_text));
   return {};
 }
 

@@ -3,8 +3,6 @@
 #include <fmt/format.h>
 
 #include <array>
-#include <cerrno>
-#include <fstream>
 #include <nlohmann/json.hpp>
 #include <span>
 #include <string>
@@ -13,6 +11,7 @@
 #include "builder/geo/crs.h"
 #include "builder/sample/bands.h"
 #include "builder/source/geotiff_writer.h"
+#include "store/output_file.h"
 
 namespace vt::sample {
 namespace {
@@ -56,27 +55,6 @@ source::GeoTiffSpec spec_of(std::int64_t size, int step, int bands, source::Samp
   spec.crs = crs;
   spec.tile = 256;
   return spec;
-}
-
-// Small text files; the rasters write beside their target and rename, and so do these.
-Result<void> write_text(const std::filesystem::path& path, const std::string& text) {
-  std::filesystem::path beside = path;
-  beside += ".part";
-  {
-    std::ofstream file(beside, std::ios::binary | std::ios::trunc);
-    file.write(text.data(), static_cast<std::streamsize>(text.size()));
-    file.close();
-    if (!file) {
-      std::error_code ignored;
-      std::filesystem::remove(beside, ignored);
-      return fail(ErrorCode::kIo,
-                  fmt::format("{}: cannot write the file; check the folder's permissions and the free space", path.string()));
-    }
-  }
-  std::error_code error;
-  std::filesystem::rename(beside, path, error);
-  if (error) return fail(ErrorCode::kIo, fmt::format("{}: cannot put the finished file in place: {}", path.string(), error.message()));
-  return {};
 }
 
 std::string materials_json() {
@@ -180,10 +158,10 @@ Result<void> write_sample_scene(const std::filesystem::path& dir, const SampleOp
   VT_CHECK(imagery.finish());
   VT_CHECK(elevation.finish());
   VT_CHECK(materials.finish());
-  VT_CHECK(write_text(dir / "materials.json", materials_json()));
-  VT_CHECK(write_text(dir / "lights.json", lights_json(lights_of(world, options.size))));
+  VT_CHECK(store::write_whole_file(dir / "materials.json", materials_json()));
+  VT_CHECK(store::write_whole_file(dir / "lights.json", lights_json(lights_of(world, options.size))));
   // Last, so that a folder with a SCENE.json is complete.
-  VT_CHECK(write_text(dir / "SCENE.json", scene_json(options)));
+  VT_CHECK(store::write_whole_file(dir / "SCENE.json", scene_json(options)));
   if (options.progress) (void)options.progress(1.0);
   return {};
 }

@@ -1,9 +1,7 @@
 #include "builder/source/geotiff_writer.h"
 
-#include <fcntl.h>
 #include <fmt/format.h>
 #include <tiffio.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <array>
@@ -16,6 +14,7 @@
 
 #include "builder/geo/geo_keys.h"
 #include "builder/source/geo_tags.h"
+#include "store/output_file.h"
 
 namespace vt::source {
 namespace {
@@ -51,7 +50,8 @@ std::string nodata_text(double value) {
 
 struct GeoTiffWriter::Impl {
   std::filesystem::path path;
-  std::filesystem::path partial;
+  std::optional<store::OutputFile> file;
+  std::uint64_t file_at = 0;  // where libtiff reads and writes next
   GeoTiffSpec spec;
   TIFF* tiff = nullptr;
   std::string error;
@@ -65,10 +65,7 @@ struct GeoTiffWriter::Impl {
   std::vector<std::byte> tile;
 
   ~Impl() {
-    if (tiff == nullptr) return;
-    TIFFClose(tiff);
-    std::error_code ignored;
-    std::filesystem::remove(partial, ignored);
+    if (tiff != nullptr) TIFFClose(tiff);  // the file goes with `file`
   }
 
   static int on_error(TIFF*, void* self, const char*, const char* format, va_list arguments) {
@@ -80,8 +77,32 @@ struct GeoTiffWriter::Impl {
   }
   static int on_warning(TIFF*, void*, const char*, const char*, va_list) { return 1; }
 
+  // How libtiff reaches the file. What fails there is kept by the file itself.
+  static tmsize_t read(thandle_t self, void* out, tmsize_t bytes) {
+    auto& impl = *static_cast<Impl*>(self);
+    const auto got = impl.file->read_at(impl.file_at, {static_cast<std::byte*>(out), static_cast<std::size_t>(bytes)});
+    if (!got) return -1;
+    impl.file_at += *got;
+    return static_cast<tmsize_t>(*got);
+  }
+  static tmsize_t write(thandle_t self, void* from, tmsize_t bytes) {
+    auto& impl = *static_cast<Impl*>(self);
+    if (!impl.file->write_at(impl.file_at, {static_cast<const std::byte*>(from), static_cast<std::size_t>(bytes)})) return -1;
+    impl.file_at += static_cast<std::uint64_t>(bytes);
+    return bytes;
+  }
+  static toff_t seek(thandle_t self, toff_t offset, int whence) {
+    auto& impl = *static_cast<Impl*>(self);
+    // libtiff gives negative offsets as what they wrap around to.
+    impl.file_at = whence == SEEK_SET ? offset : (whence == SEEK_END ? impl.file->size() : impl.file_at) + offset;
+    return impl.file_at;
+  }
+  static int close(thandle_t) { return 0; }
+  static toff_t size(thandle_t self) { return static_cast<Impl*>(self)->file->size(); }
+
   [[nodiscard]] tl::unexpected<Error> refused() const {
-    return fail(ErrorCode::kIo, fmt::format("{}: cannot write it: {}", path.string(), error.empty() ? "disk full?" : error));
+    if (file->failure()) return tl::unexpected(*file->failure());
+    return fail(ErrorCode::kIo, fmt::format("{}: cannot write it: {}", path.string(), error.empty() ? "libtiff does not say why" : error));
   }
 
   [[nodiscard]] Result<void> open();
@@ -97,7 +118,8 @@ Result<void> GeoTiffWriter::Impl::open() {
   TIFFOpenOptions* options = TIFFOpenOptionsAlloc();
   TIFFOpenOptionsSetErrorHandlerExtR(options, &Impl::on_error, this);
   TIFFOpenOptionsSetWarningHandlerExtR(options, &Impl::on_warning, this);
-  tiff = TIFFOpenExt(partial.c_str(), data_bytes > kClassicLimitBytes ? "w8m" : "wm", options);
+  tiff = TIFFClientOpenExt(path.c_str(), data_bytes > kClassicLimitBytes ? "w8m" : "wm", this, &Impl::read, &Impl::write, &Impl::seek,
+                           &Impl::close, &Impl::size, nullptr, nullptr, options);
   TIFFOpenOptionsFree(options);
   if (tiff == nullptr) return refused();
   register_geo_tags(tiff);
@@ -249,7 +271,6 @@ Result<GeoTiffWriter> GeoTiffWriter::create(const std::filesystem::path& path, c
 
   auto impl = std::make_unique<Impl>();
   impl->path = path;
-  impl->partial = std::filesystem::path(path.string() + ".partial");
   impl->spec = spec;
   impl->pixel_bytes = sample_bytes(spec.sample_type) * static_cast<std::size_t>(spec.bands);
   impl->row_bytes = impl->pixel_bytes * static_cast<std::size_t>(spec.width);
@@ -261,6 +282,7 @@ Result<GeoTiffWriter> GeoTiffWriter::create(const std::filesystem::path& path, c
     return wrong(fmt::format("one row of blocks is larger than {} MB; use smaller tiles or strips", kMaxBufferBytes >> 20));
   }
   impl->buffer.resize(impl->row_bytes * static_cast<std::size_t>(impl->block_rows));
+  VT_ASSIGN(impl->file, store::OutputFile::create(path));
   VT_CHECK(impl->open());
   return GeoTiffWriter(std::move(impl));
 }
@@ -291,17 +313,9 @@ Result<void> GeoTiffWriter::finish() {
     return fail(ErrorCode::kUsage, fmt::format("{}: {} of {} rows were written", w.path.string(), w.rows_written, w.spec.height));
   }
   if (TIFFWriteDirectory(w.tiff) != 1 || !w.error.empty()) return w.refused();
-  if (::fsync(TIFFFileno(w.tiff)) != 0) return w.refused();
   TIFFClose(w.tiff);
   w.tiff = nullptr;
-  std::error_code refusal;
-  std::filesystem::rename(w.partial, w.path, refusal);
-  if (refusal) {
-    std::error_code ignored;
-    std::filesystem::remove(w.partial, ignored);
-    return fail(ErrorCode::kIo, fmt::format("{}: cannot write it: {}", w.path.string(), refusal.message()));
-  }
-  return {};
+  return w.file->finish();
 }
 
 }  // namespace vt::source

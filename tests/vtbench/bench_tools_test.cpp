@@ -4,6 +4,7 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 
+#include "store/output_file.h"
 #include "tests/support/temp_folder.h"
 #include "tests/vtbench/result_files.h"
 #include "tools/bench_child.h"
@@ -30,7 +31,7 @@ TEST(ScratchFolder, GoesWithItsContents) {
     ASSERT_TRUE(scratch.has_value()) << scratch.error().message;
     const ScratchFolder moved = std::move(*scratch);
     path = moved.path();
-    ASSERT_TRUE(write_text_file(moved / "file", "text").has_value());
+    ASSERT_TRUE(store::write_whole_file(moved / "file", "text").has_value());
     EXPECT_EQ(read_text_file(moved / "file").value(), "text");
   }
   EXPECT_FALSE(std::filesystem::exists(path));

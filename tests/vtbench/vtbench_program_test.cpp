@@ -6,6 +6,7 @@
 #include <set>
 
 #include "builder/source/geotiff_writer.h"
+#include "store/output_file.h"
 #include "tests/support/temp_folder.h"
 #include "tests/vtbench/result_files.h"
 #include "tools/bench_child.h"
@@ -187,7 +188,7 @@ TEST_F(Vtbench, APeerThatFailsIsLeftOutAndTheRestIsMeasured) {
   write_picture("in.tif", 64);
   ASSERT_TRUE(std::filesystem::create_directory(folder_ / "programs"));
   const auto fake = folder_ / "programs" / "vips";
-  ASSERT_TRUE(write_text_file(fake, "#!/bin/sh\necho out of order >&2\nexit 3\n").has_value());
+  ASSERT_TRUE(store::write_whole_file(fake, "#!/bin/sh\necho out of order >&2\nexit 3\n").has_value());
   std::filesystem::permissions(fake, std::filesystem::perms::owner_all);
   ASSERT_EQ(run({"build", file("in.tif"), "--runs", "2", "--no-parts", "--csv", file("b.csv"), "--scratch", file("scratch")},
                 {{"PATH", file("programs")}}),
