@@ -14,6 +14,7 @@ std::function<Result<int>()> add_sample_command(CLI::App& app) {
     std::string folder;
     std::int64_t size = 4096;
     std::uint64_t seed = 1;
+    bool force = false;
     std::string progress = "auto";
   };
   auto flags = std::make_shared<SampleFlags>();
@@ -24,6 +25,7 @@ std::function<Result<int>()> add_sample_command(CLI::App& app) {
       ->capture_default_str()
       ->check(CLI::Range(sample::kMinSampleSize, sample::kMaxSampleSize));
   command->add_option("--seed", flags->seed, "another number, another country")->capture_default_str();
+  command->add_flag("--force", flags->force, "replace files of the same names that are not those of a sample scene as well");
   command->add_option("--progress", flags->progress, "auto, plain or none")->capture_default_str();
   cli::add_help_footer(*command, "  vtbuild sample -o sample && vtbuild dataset sample/SCENE.json -o sample.vts\n");
   return [flags, command]() -> Result<int> {
@@ -35,6 +37,7 @@ std::function<Result<int>()> add_sample_command(CLI::App& app) {
     sample::SampleOptions options;
     options.size = flags->size;
     options.seed = flags->seed;
+    options.replace_anything = flags->force;
     options.progress = [&](double fraction) {
       progress.update(static_cast<std::uint64_t>(fraction * kSteps));
       return !cli::interrupt_flag();

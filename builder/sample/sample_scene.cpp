@@ -11,6 +11,8 @@
 #include "builder/geo/crs.h"
 #include "builder/sample/bands.h"
 #include "builder/source/geotiff_writer.h"
+#include "builder/text/json_text.h"
+#include "builder/text/text_file.h"
 #include "store/output_file.h"
 
 namespace vt::sample {
@@ -20,6 +22,9 @@ namespace {
 constexpr int kEpsg = 32633;
 constexpr double kCentreEast = 433000.0;
 constexpr double kCentreNorth = 7568000.0;
+
+constexpr std::array<const char*, 6> kFiles{"imagery.tif", "elevation.tif", "materials.tif", "materials.json", "lights.json", "SCENE.json"};
+constexpr const char* kSceneName = "Sample coast, seed ";
 
 struct MaterialRow {
   Material material;
@@ -89,7 +94,7 @@ std::string scene_json(const SampleOptions& options) {
   const nlohmann::ordered_json document = {
       {"format", "vt-scene"},
       {"version", 1},
-      {"name", fmt::format("Sample coast, seed {}", options.seed)},
+      {"name", fmt::format("{}{}", kSceneName, options.seed)},
       {"crs", fmt::format("EPSG:{}", kEpsg)},
       {"area", {{"west", area.west}, {"south", area.south}, {"east", area.east}, {"north", area.north}}},
       {"layers",
@@ -124,12 +129,39 @@ std::string scene_json(const SampleOptions& options) {
   return document.dump(2) + "\n";
 }
 
+bool is_sample_scene(const std::filesystem::path& scene) {
+  constexpr std::size_t kMostBytes = std::size_t{1} << 20;
+  const auto content = text::read_text_file(scene, kMostBytes);
+  const nlohmann::ordered_json json = content ? text::json_or_null(*content) : nlohmann::ordered_json();
+  return json.is_object() && json.value("format", nlohmann::ordered_json()) == "vt-scene" && json.contains("name") &&
+         json["name"].is_string() && json["name"].get<std::string>().starts_with(kSceneName);
+}
+
+Result<void> check_what_is_there(const std::filesystem::path& folder) {
+  std::error_code missing;
+  const std::filesystem::path scene = folder / "SCENE.json";
+  const bool is_ours = is_sample_scene(scene);
+  const auto finished = std::filesystem::last_write_time(scene, missing);
+  std::string others;
+  for (const char* name : kFiles) {
+    const bool is_there = std::filesystem::exists(std::filesystem::symlink_status(folder / name, missing));
+    if (!is_there) continue;
+    const auto written = std::filesystem::last_write_time(folder / name, missing);
+    if (!is_ours || missing || written > finished) others += (others.empty() ? "" : ", ") + std::string(name);
+  }
+  if (others.empty()) return {};
+  return fail(ErrorCode::kExists, fmt::format("{}: has files that a sample scene would replace and that were not made as part of one, or "
+                                              "were changed since: {}; choose another folder, or replace them with --force",
+                                              folder.string(), others));
+}
+
 }  // namespace
 
 Result<void> write_sample_scene(const std::filesystem::path& dir, const SampleOptions& options) {
   if (options.size < kMinSampleSize || options.size > kMaxSampleSize || options.size % 8 != 0)
     return fail(ErrorCode::kUsage, fmt::format("a sample scene of {} texels cannot be made; choose a multiple of 8 from {} to {}",
                                                options.size, kMinSampleSize, kMaxSampleSize));
+  if (!options.replace_anything) VT_CHECK(check_what_is_there(dir));
   std::error_code error;
   std::filesystem::create_directories(dir, error);
   if (error) return fail(ErrorCode::kIo, fmt::format("{}: cannot make the folder: {}", dir.string(), error.message()));

@@ -126,5 +126,31 @@ TEST_F(OutputFiles, LinksAreFollowedAndPlantedOnesNot) {
   EXPECT_EQ(content_of(directory_ / "victim"), "untouched");
 }
 
+TEST_F(OutputFiles, ASampleSceneReplacesSampleScenesAlone) {
+  const auto sample = [&](std::vector<std::string> more = {}) {
+    std::vector<std::string> arguments{"sample", "-o", ".", "--size", "64", "--progress", "none"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    return run_program(VT_VTBUILD, arguments, directory_.path());
+  };
+  write_file("imagery.tif", "my own");
+  write_file("SCENE.json", R"({"format": "vt-scene", "version": 1, "name": "mine", "layers": []})");
+  const Outcome refused = sample();
+  EXPECT_EQ(refused.exit_code, 2);
+  EXPECT_THAT(refused.err, AllOf(HasSubstr("imagery.tif, SCENE.json"), HasSubstr("--force")));
+  EXPECT_EQ(content_of(directory_ / "imagery.tif"), "my own");
+  EXPECT_EQ(files().size(), 2U);
+
+  EXPECT_EQ(sample({"--force"}).exit_code, 0);
+  EXPECT_EQ(sample({"--seed", "2"}).exit_code, 0) << "a scene that was made here may be made anew";
+  // What is younger than the scene that it belongs to was changed by somebody.
+  write_file("materials.json", "edited");
+  const auto scene_time = std::filesystem::last_write_time(directory_ / "SCENE.json");
+  std::filesystem::last_write_time(directory_ / "materials.json", scene_time + std::chrono::seconds(5));
+  const Outcome edited = sample();
+  EXPECT_EQ(edited.exit_code, 2);
+  EXPECT_THAT(edited.err, AllOf(HasSubstr("materials.json"), testing::Not(HasSubstr("imagery.tif"))));
+  EXPECT_EQ(content_of(directory_ / "materials.json"), "edited");
+}
+
 }  // namespace
 }  // namespace vt::test
