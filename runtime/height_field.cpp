@@ -17,7 +17,7 @@ Result<HeightField> HeightField::read(const store::StoreReader& reader, LayerId 
 
   Level level = info->finest;
   while (level.value > 0 && std::max(info->data_rect(level).width, info->data_rect(level).height) > most_texels) --level.value;
-  HeightField field(VtMapping(reader.description().area, *info), level, info->data_rect(level));
+  HeightField field(VtMapping(reader.description().area, *info), level, info->data_rect(level), info->value_offset(level));
   if (std::max(field.rect_.width, field.rect_.height) > 8192)
     return fail(ErrorCode::kUnsupported,
                 reader.path().string() + ": even the coarsest level of \"" + info->name + "\" is more than 8192 texels wide");
@@ -36,8 +36,8 @@ Result<HeightField> HeightField::read(const store::StoreReader& reader, LayerId 
 
 double HeightField::at(Point2 uv, double fallback) const {
   const Point2 texel = mapping_.texel_from_uv(level_, uv);
-  const double x = std::clamp(texel.x - static_cast<double>(rect_.x) - 0.5, 0.0, static_cast<double>(rect_.width - 1));
-  const double y = std::clamp(texel.y - static_cast<double>(rect_.y) - 0.5, 0.0, static_cast<double>(rect_.height - 1));
+  const double x = std::clamp(texel.x - static_cast<double>(rect_.x) - value_offset_, 0.0, static_cast<double>(rect_.width - 1));
+  const double y = std::clamp(texel.y - static_cast<double>(rect_.y) - value_offset_, 0.0, static_cast<double>(rect_.height - 1));
   if (!std::isfinite(x) || !std::isfinite(y)) return fallback;
   const auto x0 = static_cast<std::int64_t>(x);
   const auto y0 = static_cast<std::int64_t>(y);

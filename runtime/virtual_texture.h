@@ -224,16 +224,19 @@ class HeightField {
  public:
   // The finest level whose data rectangle is at most `most_texels` wide and high.
   [[nodiscard]] static Result<HeightField> read(const store::StoreReader& reader, LayerId layer, int most_texels);
-  // Bilinear between texel centers, clamped at the data's edge; not-a-number texels take no part. `fallback` where none is near.
+  // Bilinear between the places of the texels' values, clamped at the data's edge; not-a-number texels take no part. `fallback` where none
+  // is near.
   [[nodiscard]] double at(Point2 uv, double fallback = 0.0) const;
   [[nodiscard]] double min_height() const { return min_; }  // both 0 when there is no data at all
   [[nodiscard]] double max_height() const { return max_; }
 
  private:
-  HeightField(const VtMapping& mapping, Level level, TexelRect rect) : mapping_(mapping), level_(level), rect_(rect) {}
+  HeightField(const VtMapping& mapping, Level level, TexelRect rect, double value_offset)
+      : mapping_(mapping), level_(level), rect_(rect), value_offset_(value_offset) {}
   VtMapping mapping_;
   Level level_;
   TexelRect rect_;
+  double value_offset_;  // LayerInfo::value_offset
   std::vector<float> heights_;
   double min_ = 0.0;
   double max_ = 0.0;

@@ -16,6 +16,7 @@ constexpr std::size_t kCatalogHeaderBytes = 48;
 constexpr std::size_t kComponentsAt = 128;  // in a layer's entry
 constexpr std::uint8_t kPartFlag = 1;
 constexpr std::uint8_t kZeroIsNodataFlag = 2;
+constexpr std::uint8_t kPointSampled = 1;
 
 bool is_name(std::string_view name) { return !name.empty() && name.size() <= kMaxNameBytes && is_plain_text(name); }
 
@@ -127,7 +128,7 @@ Result<std::vector<std::byte>> encode_catalog(const Catalog& catalog) {
     put<std::uint8_t>(entry, 11, static_cast<std::uint8_t>(info.name.size()));
     put<std::uint16_t>(entry, 12, info.owner.value);
     put<std::uint8_t>(entry, 14, static_cast<std::uint8_t>((info.is_part ? kPartFlag : 0) | (info.zero_is_nodata ? kZeroIsNodataFlag : 0)));
-    // 15 u8 ignorable
+    put<std::uint8_t>(entry, 15, info.is_point_sampled ? kPointSampled : 0);
     put<std::uint32_t>(entry, 16, static_cast<std::uint32_t>(info.metadata_json.size()));
     // 20 u32 reserved
     put_i64(entry, 24, info.data.x);
@@ -229,6 +230,7 @@ Checked<Catalog> decode_catalog(std::span<const std::byte> payload, std::uint64_
     info.stored_bytes = get<std::uint64_t>(entry, 112);
     info.is_part = (get<std::uint8_t>(entry, 14) & kPartFlag) != 0;
     info.zero_is_nodata = (get<std::uint8_t>(entry, 14) & kZeroIsNodataFlag) != 0;
+    info.is_point_sampled = get<std::uint8_t>(entry, 15) == kPointSampled;
     for (std::size_t c = 0; version >= 3 && c < info.components.size(); ++c)
       info.components[c] = {get_f64(entry, kComponentsAt + 16 * c), get_f64(entry, kComponentsAt + 16 * c + 8)};
 

@@ -73,6 +73,7 @@ struct LayerInfo {
   double source_nodata = std::numeric_limits<double>::quiet_NaN();
   std::array<ComponentRange, 4> components;  // those past the format's channels mean nothing and are as they begin
   bool zero_is_nodata = false;               // of 8- and 16-bit codes: code 0 in component 0 means "no data"
+  bool is_point_sampled = false;             // a coarse texel's value is that of one finest texel, see value_offset()
   std::string metadata_json;                 // for tools; the runtime does not read it
 
   // Kept by the store.
@@ -88,6 +89,11 @@ struct LayerInfo {
   [[nodiscard]] TexelRect data_rect(Level level) const { return coarser(data, finest.value - level.value); }
   // The tiles of `level` that have any part in the data, as a rectangle counted in tiles.
   [[nodiscard]] TexelRect tile_rect(Level level) const { return coarser(data_rect(level), tile_exponent); }
+  // Where in a texel of `level` its value lies, in texels from its north-western corner, along both axes: in the middle, as means do; where
+  // coarse levels are picked from finer ones, in the middle of the finest texel at that corner.
+  [[nodiscard]] double value_offset(Level level) const {
+    return is_point_sampled ? 0.5 / static_cast<double>(std::uint64_t{1} << (finest.value - level.value)) : 0.5;
+  }
   // Of every tile; 0 in a layer of blobs, whose tiles have sizes of their own.
   [[nodiscard]] std::size_t tile_payload_bytes() const { return payload_bytes(format_info(format), tile_texels(), tile_texels()); }
 };

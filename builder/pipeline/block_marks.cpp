@@ -30,6 +30,7 @@ LayerInfo BlockMarks::describe(const LayerPlan& plan, int block_levels) {
   info.metadata_json = "{}";
   info.components = {};
   info.zero_is_nodata = false;
+  info.is_point_sampled = false;
   info.tile_exponent = kMarkTileExponent;
   info.finest = Level{static_cast<std::uint8_t>(first.has_carry ? first.base.value - first.outputs : 0)};
   // Each block is one tile of this layer, so its texels are 2^kMarkTileExponent to a block.

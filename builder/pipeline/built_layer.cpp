@@ -182,6 +182,7 @@ Result<BuiltLayer> open_built_layer(store::StoreWriter& writer, const LayerPlan&
     carry.transfer = Transfer::kLinear;
     carry.components = {};
     carry.zero_is_nodata = false;
+    carry.is_point_sampled = false;
     carry.metadata_json = "{}";
     VT_ASSIGN(layer.ids.carry, writer.add_layer(carry));
   }

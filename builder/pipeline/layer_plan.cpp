@@ -49,6 +49,7 @@ void describe_parts(LayerPlan& plan) {
       info.name += "/" + part.suffix;
       info.transfer = Transfer::kLinear;
     }
+    info.is_point_sampled = plan.kernel.is_point && part.suffix.empty();  // what lies beside picked heights speaks of whole areas
     info.format = part.format;
     info.components = part.ranges;
     info.zero_is_nodata = part.zero_is_nodata;

@@ -303,7 +303,7 @@ LayerEntry read_layer_entry(Bytes entry, unsigned version) {
   require(layer.format != kBlob || layer.role == 1, "only a carry layer holds blobs");
   const bool has_codes = layer.format <= 2 || (layer.format >= 8 && layer.format <= 12);
   require(!layer.zero_is_nodata || has_codes, "only in formats of codes is zero no data");
-  // Byte 15 is ignorable.
+  layer.is_point_sampled = get_u8(entry, 15) == 1;  // ignorable, so that other values are none
   result.metadata_bytes = get_u32(entry, 16);
   require(result.metadata_bytes <= kJsonLimit, "a layer's JSON has 16 MiB at most");
   require_zero(entry, 20, 4, "a layer's reserved bytes 20 to 23 are zero");

@@ -60,6 +60,7 @@ struct NaiveLayer {
   std::uint64_t stored_bytes = 0;
   bool is_part = false;
   bool zero_is_nodata = false;
+  bool is_point_sampled = false;
   double scale[4] = {1.0, 1.0, 1.0, 1.0};
   double offset[4] = {0.0, 0.0, 0.0, 0.0};
   std::vector<NaiveReference> roots;  // finest + 1 of them, level 0 first

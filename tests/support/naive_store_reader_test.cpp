@@ -105,6 +105,7 @@ void expect_same_layer(const LayerInfo& layer, const NaiveLayer& naive) {
   EXPECT_EQ(json_of(layer.metadata_json), json_of(naive.metadata_json));
   EXPECT_EQ(layer.is_part, naive.is_part);
   EXPECT_EQ(layer.zero_is_nodata, naive.zero_is_nodata);
+  EXPECT_EQ(layer.is_point_sampled, naive.is_point_sampled);
   for (std::size_t c = 0; c < 4; ++c) EXPECT_EQ(layer.components[c], (ComponentRange{.scale = naive.scale[c], .offset = naive.offset[c]}));
   EXPECT_EQ(layer.tiles, naive.tiles);
   EXPECT_EQ(layer.constant_tiles, naive.constant_tiles);
@@ -222,6 +223,7 @@ TEST(NaiveStoreReader, AgreesOnEveryFormatAndEveryField) {
     layer.is_part = number % 5 == 4;
     if (layer.is_part) layer.owner = {0};
     layer.zero_is_nodata = format_info(format).samples == SampleKind::kUnorm16;
+    layer.is_point_sampled = format == TexelFormat::kR32Float;
     layer.metadata_json = R"({"number":)" + std::to_string(number) + "}";
     const LayerId id = value_of(writer.add_layer(layer));
     for (std::uint32_t i = 0; i < 8; ++i) {
