@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "store/file.h"
+#include "store/index_cursor.h"
 #include "store/layout.h"
 #include "store/mapping.h"
 #include "store/page_directory.h"
@@ -301,6 +302,18 @@ Result<void> StoreReader::read_blob(LayerId id, TileId tile, std::vector<std::by
   VT_CHECK(impl_->check(*layer, tile, reference, record));
   out.resize(blob_bytes(record));
   return impl_->unpack(*layer, tile, reference, record, out);
+}
+
+Result<void> StoreReader::for_each_tile(LayerId id, Level level, const std::function<Result<void>(TileId)>& visit) const {
+  const LayerInfo* layer = impl_->find(id);
+  if (layer == nullptr) return impl_->unknown_layer(id);
+  if (level > layer->finest) return {};
+  IndexCursor cursor(snapshot(), static_cast<std::size_t>(layer - layers().data()), level);
+  while (true) {
+    VT_ASSIGN(const bool is_there, cursor.next());
+    if (!is_there) return {};
+    VT_CHECK(visit(tile_from_morton(level, cursor.morton())));
+  }
 }
 
 Result<std::optional<TileId>> StoreReader::nearest_present(LayerId id, TileId tile) const {

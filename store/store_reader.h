@@ -9,6 +9,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <span>
@@ -82,6 +83,9 @@ class StoreReader {
   [[nodiscard]] Result<void> read(LayerId layer, TileId tile, std::span<std::byte> out) const;
   // The bytes of one tile of a layer of blobs; `out` takes their length, at most kMaxRawBytes. kUsage for other layers; else as read().
   [[nodiscard]] Result<void> read_blob(LayerId layer, TileId tile, std::vector<std::byte>& out) const;
+  // Calls `visit` for every tile of a level that is present, in Morton order; in a sparse level this is cheaper by far than to look every
+  // one up. Stops at the first error, its own or that of `visit`. kCorrupt: an index page is damaged.
+  [[nodiscard]] Result<void> for_each_tile(LayerId layer, Level level, const std::function<Result<void>(TileId)>& visit) const;
   // The nearest tile at or above `tile` that is present; nullopt when even the root is absent.
   [[nodiscard]] Result<std::optional<TileId>> nearest_present(LayerId layer, TileId tile) const;
 

@@ -198,10 +198,12 @@ Result<void> parse_integers(std::string_view text, std::string_view option, std:
   return parse_list(text, option, form, out, separator);
 }
 
-std::string format_bytes(std::uint64_t bytes) {
+std::string format_bytes(std::uint64_t bytes) { return format_bytes_of(static_cast<double>(bytes)); }
+
+std::string format_bytes_of(double bytes) {
   constexpr std::array kUnits = {"B", "KiB", "MiB", "GiB", "TiB", "PiB", "EiB"};
-  if (bytes < 1024) return fmt::format("{} B", bytes);
-  auto value = static_cast<double>(bytes);
+  if (bytes < 1024.0) return fmt::format("{:.0f} B", bytes);
+  double value = bytes;
   std::size_t unit = 0;
   while (value >= 1023.95 && unit + 1 < kUnits.size()) {  // 1023.95 would print as 1024.0
     value /= 1024.0;

@@ -55,6 +55,7 @@ void print_note(std::string_view program, std::string_view text);
                                           std::span<std::int64_t> out, char separator = ',');
 
 [[nodiscard]] std::string format_bytes(std::uint64_t bytes);  // "12.3 MiB"
+[[nodiscard]] std::string format_bytes_of(double bytes);      // the same of more than 64 bits hold
 [[nodiscard]] std::string format_quantity(double value);      // "12.3 M", three significant digits, decimal prefixes
 [[nodiscard]] std::string format_duration(double seconds);    // "0:07", "1:02:03"
 [[nodiscard]] std::string format_exact(double value);         // 17 significant digits: reads back as the same double

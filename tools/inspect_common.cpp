@@ -10,6 +10,7 @@
 #include <nlohmann/json.hpp>
 
 #include "builder/channels/srgb.h"
+#include "builder/text/json_text.h"
 #include "store/bc1.h"
 #include "store/texel_decoder.h"
 
@@ -61,13 +62,19 @@ Result<Level> choose_level(const store::StoreReader& reader, const LayerInfo& la
   return Level{static_cast<std::uint8_t>(*level)};
 }
 
-Result<geo::Crs> crs_of(const store::StoreReader& reader) {
-  const std::string& text = reader.description().metadata_json;
-  if (text.empty()) return geo::Crs();  // the format takes an empty text for {}
-  const auto metadata = nlohmann::json::parse(text, nullptr, /*allow_exceptions=*/false);
-  if (metadata.is_discarded() || !metadata.is_object()) {
+Result<nlohmann::json> dataset_metadata(const store::StoreReader& reader) {
+  const std::string& json = reader.description().metadata_json;
+  if (json.empty()) return nlohmann::json::object();  // the format takes an empty text for {}
+  auto metadata = text::parse_json(json);
+  if (!metadata)
+    return fail(metadata.error().code, fmt::format("{}: the store's metadata {}", reader.path().string(), metadata.error().message));
+  if (!metadata->is_object())
     return fail(ErrorCode::kInvalidData, fmt::format("{}: the store's metadata is not a JSON object", reader.path().string()));
-  }
+  return metadata;
+}
+
+Result<geo::Crs> crs_of(const store::StoreReader& reader) {
+  VT_ASSIGN(const nlohmann::json metadata, dataset_metadata(reader));
   const auto crs = metadata.find("crs");
   if (crs == metadata.end()) return geo::Crs();
   auto result = geo::Crs::from_json(*crs);
@@ -86,6 +93,14 @@ bool has_byte_samples(TexelFormat format) {
          format == TexelFormat::kBc7;
 }
 
+// "no_data_class" of a layer of classes, as class_table_of() reads it.
+std::optional<double> class_of_none(const nlohmann::ordered_json& metadata) {
+  if (!metadata.is_object() || !metadata.contains("no_data_class")) return std::nullopt;
+  const auto& code = metadata["no_data_class"];
+  if (!code.is_number_integer() || code < 0 || code > 65535) return std::nullopt;
+  return code.get<double>();
+}
+
 bool means_its_codes(const LayerInfo& layer) {
   return !layer.zero_is_nodata &&
          std::ranges::all_of(layer.components, [](const ComponentRange& range) { return range == ComponentRange(); });
@@ -102,6 +117,39 @@ TexelLayout layout_of(const LayerInfo& layer) {
 bool has_coverage_channel(const LayerInfo& layer) {
   const bool has_color = layer.channel == ChannelType::kColor || layer.channel == ChannelType::kIllumination;
   return has_color && format_info(layer.format).channels == 4;
+}
+
+AbsentTexels absent_texels(const LayerInfo& layer, Level level) {
+  const bool is_float = layout_of(layer).is_float;
+  AbsentTexels absent{.value = is_float ? std::numeric_limits<float>::quiet_NaN() : 0.0F};
+  const nlohmann::ordered_json metadata = text::json_or_null(layer.metadata_json);
+  switch (layer.channel) {
+    case ChannelType::kMaterial:
+      absent.code_of_none = class_of_none(metadata);
+      if (absent.code_of_none) absent.value = static_cast<float>(*absent.code_of_none);
+      // Shares of classes: of none there are none.
+      if (!absent.code_of_none && layer.is_part) absent.value = 0.0F;
+      break;
+    case ChannelType::kIllumination:
+    case ChannelType::kMask:
+      absent.value = 0.0F;
+      break;
+    case ChannelType::kElevation: {
+      const bool is_here = metadata.is_object() && metadata.contains("filled_m") && metadata["filled_m"].is_number();
+      // Bounds of one height are not stored: they are not void at the finest level, but left out.
+      const bool is_left_out = layer.is_part && level == layer.finest;
+      if (!is_here || is_left_out || layer.state != LayerState::kComplete) break;
+      absent.value = metadata["filled_m"].get<float>();
+      absent.is_data = true;
+      break;
+    }
+    case ChannelType::kColor:
+    case ChannelType::kNormal:
+    case ChannelType::kHorizon:
+    case ChannelType::kSensor:
+      break;
+  }
+  return absent;
 }
 
 void decode_tile(const LayerInfo& layer, std::span<const std::byte> payload, std::span<std::byte> out) {
@@ -134,6 +182,7 @@ LevelReader::LevelReader(const store::StoreReader& reader, const LayerInfo& laye
       layer_(layer),
       level_(level),
       layout_(layout_of(layer)),
+      absent_(absent_texels(layer, level)),
       payload_(layer.tile_payload_bytes()),
       texels_(std::size_t{layer.tile_texels()} * layer.tile_texels() * layout_.texel_bytes()) {}
 
@@ -143,12 +192,11 @@ Result<void> LevelReader::read(const TexelRect& rect, std::span<std::byte> out, 
 
   // Start from "nothing is there"; tiles then write over it.
   if (layout_.is_float) {
-    const float nan = std::numeric_limits<float>::quiet_NaN();
-    for (std::size_t at = 0; at < out.size(); at += sizeof nan) std::memcpy(&out[at], &nan, sizeof nan);
+    for (std::size_t at = 0; at < out.size(); at += sizeof absent_.value) std::memcpy(&out[at], &absent_.value, sizeof absent_.value);
   } else {
-    std::fill(out.begin(), out.end(), std::byte{0});
+    std::fill(out.begin(), out.end(), static_cast<std::byte>(absent_.value));
   }
-  std::fill(is_present.begin(), is_present.end(), std::uint8_t{0});
+  std::fill(is_present.begin(), is_present.end(), static_cast<std::uint8_t>(absent_.is_data ? 1 : 0));
 
   const TexelRect tiles = coarser(rect, layer_.tile_exponent);
   for (std::int64_t tile_y = tiles.y; tile_y < tiles.bottom(); ++tile_y) {
@@ -174,9 +222,22 @@ Result<void> LevelReader::read(const TexelRect& rect, std::span<std::byte> out, 
 }
 
 Result<std::uint64_t> LevelReader::count_missing(const TexelRect& rect) const {
-  std::uint64_t missing = 0;
   const TexelRect tiles = coarser(rect, layer_.tile_exponent);
+  const auto in_rect = static_cast<std::uint64_t>(tiles.width) * static_cast<std::uint64_t>(tiles.height);
+  if (in_rect > layer_.tiles) {  // the tiles that there are can be counted faster than those that there might be
+    std::uint64_t present = 0;
+    VT_CHECK(reader_.for_each_tile(layer_.id, level_, [&](TileId tile) -> Result<void> {
+      if (cli::interrupt_flag().load()) return fail(ErrorCode::kCancelled, "stopped");
+      const std::int64_t x = tile.x;
+      const std::int64_t y = tile.y;
+      present += x >= tiles.x && y >= tiles.y && x < tiles.right() && y < tiles.bottom() ? 1 : 0;
+      return {};
+    }));
+    return in_rect - present;
+  }
+  std::uint64_t missing = 0;
   for (std::int64_t y = tiles.y; y < tiles.bottom(); ++y) {
+    if (cli::interrupt_flag().load()) return fail(ErrorCode::kCancelled, "stopped");
     for (std::int64_t x = tiles.x; x < tiles.right(); ++x) {
       VT_ASSIGN(const store::TileLookup found,
                 reader_.lookup(layer_.id, {level_, static_cast<std::uint32_t>(x), static_cast<std::uint32_t>(y)}));

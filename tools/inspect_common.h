@@ -32,6 +32,8 @@ struct LayerChoice {
 // kNotFound: the message gives the layer's levels.
 [[nodiscard]] Result<Level> choose_level(const store::StoreReader& reader, const LayerInfo& layer, std::optional<int> level);
 
+// The store's own metadata, an object. kInvalidData names the store and what is wrong with the text.
+[[nodiscard]] Result<nlohmann::json> dataset_metadata(const store::StoreReader& reader);
 // From the "crs" of the store's metadata; kPixel when there is none. kInvalidData names the store.
 [[nodiscard]] Result<geo::Crs> crs_of(const store::StoreReader& reader);
 
@@ -46,6 +48,16 @@ struct TexelLayout {
 // The fourth channel says how much of the texel is covered, rather than being one more measured value.
 [[nodiscard]] bool has_coverage_channel(const LayerInfo& layer);
 
+// What texels are that no tile holds: what the same texels would be inside a tile that has data elsewhere.
+struct AbsentTexels {
+  // The class that stands for no data; 0 of shares, and of light without or with its coverage; the height that voids are filled with; of
+  // all else NaN, or 0 in bytes.
+  float value = 0.0F;
+  bool is_data = false;                // filled heights of a complete layer are heights like others
+  std::optional<double> code_of_none;  // a value that means "no data" inside tiles as well
+};
+[[nodiscard]] AbsentTexels absent_texels(const LayerInfo& layer, Level level);
+
 // Texels of one tile to TexelLayout. `payload` is tile_payload_bytes() long, `out` tile_texels()^2 texels.
 void decode_tile(const LayerInfo& layer, std::span<const std::byte> payload, std::span<std::byte> out);
 
@@ -54,10 +66,10 @@ class LevelReader {
  public:
   LevelReader(const store::StoreReader& reader, const LayerInfo& layer, Level level);
 
-  // `rect` lies inside the level's padded square; `out` is its texels, tightly packed. Where no tile is, bytes are 0, floats NaN, and
-  // `is_present` (one entry a texel, may be empty) is 0.
+  // `rect` lies inside the level's padded square; `out` is its texels, tightly packed. Where no tile is they are as absent_texels() says,
+  // and `is_present` (one entry a texel, may be empty) is 0 unless they are data.
   [[nodiscard]] Result<void> read(const TexelRect& rect, std::span<std::byte> out, std::span<std::uint8_t> is_present);
-  // Tiles with any part in `rect` that the store does not hold.
+  // Tiles with any part in `rect` that the store does not hold. kCancelled after Ctrl-C.
   [[nodiscard]] Result<std::uint64_t> count_missing(const TexelRect& rect) const;
 
  private:
@@ -65,6 +77,7 @@ class LevelReader {
   const LayerInfo& layer_;
   Level level_;
   TexelLayout layout_;
+  AbsentTexels absent_;
   std::vector<std::byte> payload_;
   std::vector<std::byte> texels_;
 };

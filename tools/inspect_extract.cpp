@@ -92,12 +92,16 @@ void append_alpha(const Band& band, int channels, std::vector<std::byte>& out) {
   }
 }
 
-void replace_nan(std::span<std::byte> floats, float nodata) {
+// Turns "no data" into its number. False when a value that is data is that number already.
+bool replace_nan(std::span<std::byte> floats, float nodata) {
+  bool is_free = true;
   for (std::size_t at = 0; at < floats.size(); at += sizeof nodata) {
     float value = 0.0F;
     std::memcpy(&value, &floats[at], sizeof value);
+    is_free = is_free && value != nodata;
     if (std::isnan(value)) std::memcpy(&floats[at], &nodata, sizeof nodata);
   }
+  return is_free;
 }
 
 // The rectangle that --window names, in the padded square.
@@ -118,10 +122,34 @@ Result<TexelRect> window_rect(const ExtractOptions& options, const LayerInfo& la
   return TexelRect{data.x + x, data.y + y, width, height};
 }
 
-// The level's own grid: the layer's, with steps 2^k times as long. For the finest level these are exactly the source's numbers.
+// Nobody wants a picture of the whole Earth by accident: what takes days, and more than disks hold, is asked for piece by piece.
+constexpr double kMostBytes = 0x1p44;
+
+Result<void> check_size(const ExtractOptions& options, const LayerInfo& layer, Level level, const TexelRect& rect) {
+  const auto bytes_of = [&](const TexelRect& part) {
+    return static_cast<double>(part.width) * static_cast<double>(part.height) * static_cast<double>(layout_of(layer).texel_bytes());
+  };
+  if (bytes_of(rect) <= kMostBytes) return {};
+  // What is easy to look at.
+  constexpr double kHandyBytes = 0x1p28;
+  Level handy = level;
+  while (handy.value > 0 && bytes_of(layer.data_rect(handy)) > kHandyBytes) --handy.value;
+  const TexelRect coarse = layer.data_rect(handy);
+  return fail(
+      ErrorCode::kUsage,
+      fmt::format("{}: would write {} x {} texels of layer {}, {} uncompressed; choose a part with --window X,Y,W,H, such as 0,0,8192,"
+                  "8192, or a coarser level, such as --level {} ({} x {} texels, {})",
+                  options.store.string(), rect.width, rect.height, layer.name, cli::format_bytes_of(bytes_of(rect)), int{handy.value},
+                  coarse.width, coarse.height, cli::format_bytes_of(bytes_of(coarse))));
+}
+
+// The level's own grid: the layer's, with steps 2^k times as long. For the finest level these are exactly the source's numbers. Where
+// values do not lie at the centres of their texels, the grid is moved so that the centres of its cells are where the values are.
 geo::GeoTransform transform_of(const Area& area, const LayerInfo& layer, Level level, const TexelRect& rect) {
   const double scale = std::ldexp(1.0, paper_level(level, layer.finest));
-  const Point2 corner = VtMapping(area, layer).crs_from_texel(level, {static_cast<double>(rect.x), static_cast<double>(rect.y)});
+  const double move = layer.value_offset(level) - 0.5;
+  const Point2 corner =
+      VtMapping(area, layer).crs_from_texel(level, {static_cast<double>(rect.x) + move, static_cast<double>(rect.y) + move});
   geo::GeoTransform transform;
   transform.x0 = corner.x;
   transform.x_column = layer.grid.step_x * scale;
@@ -130,13 +158,24 @@ geo::GeoTransform transform_of(const Area& area, const LayerInfo& layer, Level l
   return transform;
 }
 
-// What GDAL_NODATA and the samples shall say for "no data" in a float layer. The source's own number means that only where the values are
-// the source's own: in degrees of a direction or kelvins of a code it would be a value like any other.
-std::optional<double> nodata_to_write(const LayerInfo& layer) {
-  if (layer.channel != ChannelType::kElevation && layer.channel != ChannelType::kMaterial) return std::numeric_limits<double>::quiet_NaN();
-  const double nodata = layer.source_nodata;
-  const bool fits = std::isnan(nodata) || std::abs(nodata) <= double{std::numeric_limits<float>::max()};
-  return fits ? nodata : std::numeric_limits<double>::quiet_NaN();
+// What GDAL_NODATA and the samples shall say for "no data" in a float layer. Of heights the source's own number: there values are the
+// source's own, while in degrees of a direction or kelvins of a code that number would be a value like any other.
+std::optional<double> nodata_to_write(const LayerInfo& layer, const AbsentTexels& absent) {
+  if (absent.code_of_none) return absent.code_of_none;
+  if (!std::isnan(absent.value) && !absent.is_data) return std::nullopt;  // it has a value, which is that of texels with data as well
+  if (layer.channel != ChannelType::kElevation || std::abs(layer.source_nodata) > double{std::numeric_limits<float>::max()})
+    return std::numeric_limits<double>::quiet_NaN();
+  return static_cast<double>(static_cast<float>(layer.source_nodata));
+}
+
+// How the texels without a tile look in the file, for people.
+std::string absent_text(const LayerInfo& layer, const AbsentTexels& absent, cli::PictureKind kind) {
+  const bool is_float = layout_of(layer).is_float;
+  if (absent.is_data) return fmt::format("{:g}, with which voids are filled", absent.value);
+  if (absent.code_of_none) return fmt::format("no data, class {:g}", *absent.code_of_none);
+  if (has_coverage_channel(layer) || (!is_float && layout_of(layer).channels == 3)) return "transparent";
+  if (std::isnan(absent.value)) return kind == cli::PictureKind::kPng ? "transparent" : "no data";
+  return fmt::format("{:g}", absent.value);
 }
 
 struct Job {
@@ -145,6 +184,7 @@ struct Job {
   Level level;
   TexelRect rect;
   std::uint64_t missing_tiles;
+  AbsentTexels absent;
 };
 
 Result<void> extract_bytes(const ExtractOptions& options, const Job& job, LevelReader& level, cli::PictureSpec spec,
@@ -153,7 +193,8 @@ Result<void> extract_bytes(const ExtractOptions& options, const Job& job, LevelR
   spec.channels = layout.channels;
   spec.is_srgb = job.layer.transfer == Transfer::kSrgb;
   spec.last_is_alpha = has_coverage_channel(job.layer);
-  const bool needs_alpha = job.missing_tiles > 0 && layout.channels == 3;
+  if (spec.transform) spec.nodata = job.absent.code_of_none;
+  const bool needs_alpha = job.missing_tiles > 0 && layout.channels == 3 && !spec.nodata;
   if (needs_alpha) {
     spec.channels = 4;
     spec.last_is_alpha = true;
@@ -170,24 +211,44 @@ Result<void> extract_bytes(const ExtractOptions& options, const Job& job, LevelR
   return picture->finish();
 }
 
-Result<void> extract_floats(const ExtractOptions& options, const Job& job, LevelReader& level, cli::PictureSpec spec,
-                            cli::Progress& progress) {
-  spec.channels = layout_of(job.layer).channels;
-  spec.is_float = true;
-  std::optional<float> replacement;
-  if (spec.transform) {  // a GeoTIFF, where "no data" has a place
-    spec.nodata = nodata_to_write(job.layer);
-    if (spec.nodata && !std::isnan(*spec.nodata)) replacement = static_cast<float>(*spec.nodata);
-  }
+// With `nodata` in place of NaN, if it is given. False: the file would say that values are missing which are not; it was not finished.
+Result<bool> write_floats(const ExtractOptions& options, const Job& job, LevelReader& level, const cli::PictureSpec& spec,
+                          cli::Progress& progress) {
+  const bool replaces = spec.nodata && !std::isnan(*spec.nodata);
+  // A class is what says that there is none.
+  const bool may_collide = replaces && !job.absent.code_of_none;
+  bool is_free = true;
   VT_ASSIGN(const auto picture, cli::create_picture(options.output, spec));
   const auto write_band = [&](Band& band) -> Result<void> {
-    if (replacement) replace_nan(band.texels, *replacement);
+    if (!is_free) return {};
+    if (replaces && !replace_nan(band.texels, static_cast<float>(*spec.nodata)) && may_collide) {
+      is_free = false;
+      return {};
+    }
     VT_CHECK(picture->write_rows(band.texels, band.rect.height));
     progress.update(static_cast<std::uint64_t>(band.rect.bottom() - job.rect.y));
     return {};
   };
   VT_CHECK(for_each_band(level, job.layer, job.rect, write_band));
-  return picture->finish();
+  if (is_free) VT_CHECK(picture->finish());
+  return is_free;
+}
+
+Result<void> extract_floats(const ExtractOptions& options, const Job& job, LevelReader& level, cli::PictureSpec spec,
+                            cli::Progress& progress) {
+  spec.channels = layout_of(job.layer).channels;
+  spec.is_float = true;
+  const bool is_tiff = spec.transform.has_value();
+  spec.last_is_alpha = is_tiff && has_coverage_channel(job.layer);
+  if (is_tiff) spec.nodata = nodata_to_write(job.layer, job.absent);  // in a GeoTIFF "no data" has a place
+  VT_ASSIGN(const bool is_written, write_floats(options, job, level, spec, progress));
+  if (is_written) return {};
+  // Such as a mean of heights around 0 where 0 was the source's "no data".
+  cli::print_note("vtinspect", fmt::format("{}: {} was the source's \"no data\" and is a value here; NaN is \"no data\" in this file",
+                                           options.output.string(), cli::format_exact(*spec.nodata)));
+  spec.nodata = std::numeric_limits<double>::quiet_NaN();
+  VT_ASSIGN([[maybe_unused]] const bool is_free, write_floats(options, job, level, spec, progress));
+  return {};
 }
 
 // Twice over the window: once for the range, once to write.
@@ -275,13 +336,15 @@ Result<int> run_extract(const ExtractOptions& options) {
 
   VT_ASSIGN(const Level level, choose_level(reader, *layer, options.choice.level));
   VT_ASSIGN(const TexelRect rect, window_rect(options, *layer, level));
+  VT_CHECK(check_size(options, *layer, level, rect));
   VT_ASSIGN(const std::uint64_t missing, LevelReader(reader, *layer, level).count_missing(rect));
+  const AbsentTexels absent = absent_texels(*layer, level);
   if (missing > 0) {
     cli::print_note("vtinspect",
                     fmt::format("{}: {} tiles of layer {}, level {} are absent; they are written as {}", options.store.string(), missing,
-                                layer->name, int{level.value}, layout_of(*layer).is_float ? "no data" : "transparent"));
+                                layer->name, int{level.value}, absent_text(*layer, absent, kind)));
   }
-  VT_CHECK(extract(options, {reader, *layer, level, rect, missing}));
+  VT_CHECK(extract(options, {reader, *layer, level, rect, missing, absent}));
   cli::print(fmt::format("{}: {} x {} texels of layer {}, level {}\n", options.output.string(), rect.width, rect.height, layer->name,
                          int{level.value}));
   return 0;

@@ -8,7 +8,9 @@
 #include <vector>
 
 #include "builder/geo/crs.h"
+#include "builder/text/json_text.h"
 #include "store/store_reader.h"
+#include "store/text.h"
 #include "store/vt_mapping.h"
 #include "tools/class_table.h"
 #include "tools/cli_support.h"
@@ -84,9 +86,9 @@ Result<LevelSummary> summarise(const store::StoreReader& reader, const LayerInfo
 }
 
 // Metadata is for people and tools; when it is not JSON it is shown as the text it is.
-nlohmann::ordered_json parsed_metadata(const std::string& text) {
-  auto json = nlohmann::ordered_json::parse(text, nullptr, /*allow_exceptions=*/false);
-  return json.is_discarded() ? nlohmann::ordered_json(text) : json;
+nlohmann::ordered_json parsed_metadata(const std::string& metadata) {
+  auto json = text::parse_ordered_json(metadata);
+  return json ? std::move(*json) : nlohmann::ordered_json(metadata);
 }
 
 nlohmann::ordered_json rect_json(const TexelRect& rect) {
@@ -153,6 +155,7 @@ nlohmann::ordered_json layer_json(const LayerInfo& layer, const std::vector<Leve
   if (layer.has_owner()) json["owner"] = layer.owner.value;
   json["part"] = layer.is_part;
   json["zero_is_nodata"] = layer.zero_is_nodata;
+  json["point_sampled"] = layer.is_point_sampled;
   json["components"] = nlohmann::ordered_json::array();
   for (const ComponentRange& range : components_of(layer)) json["components"].push_back({{"scale", range.scale}, {"offset", range.offset}});
   if (const auto ratio = compression_ratio(layer.tiles, layer.tile_payload_bytes(), layer.stored_bytes)) {
@@ -189,6 +192,9 @@ std::string layer_table(const LayerInfo& layer, const std::vector<LevelSummary>&
     text += fmt::format("  {} = {} + {} * sample{}\n", c < names.size() ? names[c] : fmt::format("component {}", c),
                         cli::format_exact(range.offset), cli::format_exact(range.scale), unit.empty() ? "" : " " + unit);
   }
+  if (layer.is_point_sampled)
+    text +=
+        "  point-sampled: a coarser texel is the north-western of the finest texels under it, and its value lies at that one's centre\n";
   const cli::ClassTable classes = cli::class_table_of(layer);
   if (classes.no_data) text += fmt::format("  code {} is no data\n", *classes.no_data);
   if (!classes.classes.empty()) text += fmt::format("  classes {}\n", classes.summary());
@@ -247,9 +253,9 @@ Result<int> run_info(const InfoOptions& options) {
   if (reader.health() != store::StoreHealth::kWhole) text += fmt::format("  damaged     {}\n", reader.health_remark());
   text +=
       fmt::format("  area        west {:.10g}, south {:.10g}, east {:.10g}, north {:.10g}\n", area.west, area.south, area.east, area.north);
-  text += fmt::format("  CRS         {}\n", crs ? crs->text() : "unreadable");
+  text += fmt::format("  CRS         {}\n", crs ? store::printable(crs->text()) : "unreadable");
   if (metadata.is_object() && metadata.contains("created_by") && metadata["created_by"].is_string()) {
-    text += fmt::format("  created by  {}\n", metadata["created_by"].get<std::string>());
+    text += fmt::format("  created by  {}\n", store::printable(metadata["created_by"].get<std::string>()));
   }
   if (reader.layers().empty()) text += "  no layers yet\n";
 

@@ -10,6 +10,7 @@
 #include <optional>
 #include <vector>
 
+#include "builder/text/json_text.h"
 #include "store/vt_mapping.h"
 #include "tools/class_table.h"
 #include "tools/cli_support.h"
@@ -52,6 +53,19 @@ Result<Point2> crs_from_argument(const SampleOptions& options, const geo::Crs& c
   return *position;
 }
 
+// The same place so many turns round the Earth further that it lies in the layer, if it lies there at all; else as near to it as can be.
+Point2 turned_into(const LayerInfo& layer, const geo::Crs& crs, Point2 position) {
+  const std::optional<double> turn = crs.turn();
+  if (!turn) return position;
+  const double west = layer.grid.origin_x;
+  const double east = west + static_cast<double>(layer.data.width) * layer.grid.step_x;
+  if (position.x >= west && position.x <= east) return position;
+  const Point2 first{position.x + *turn * std::ceil((west - position.x) / *turn), position.y};
+  // Just east of the layer may be nearer to its west edge than to its east edge, one turn on.
+  const bool is_before = first.x > east && west - (first.x - *turn) < first.x - east;
+  return is_before ? Point2{first.x - *turn, position.y} : first;
+}
+
 Result<Point2> position_from_arguments(const SampleOptions& options, const VtMapping& mapping, const LayerInfo& layer, Level level,
                                        const geo::Crs& crs) {
   const TexelRect data = layer.data_rect(level);
@@ -64,8 +78,8 @@ Result<Point2> position_from_arguments(const SampleOptions& options, const VtMap
                   fmt::format("{}: texel {},{} is outside level {} of layer {}; valid: 0..{}, 0..{}", options.store.string(), x, y,
                               int{level.value}, layer.name, data.width - 1, data.height - 1));
     }
-    // The middle of the texel stands for it.
-    return Point2{static_cast<double>(data.x + x) + 0.5, static_cast<double>(data.y + y) + 0.5};
+    const double offset = layer.value_offset(level);
+    return Point2{static_cast<double>(data.x + x) + offset, static_cast<double>(data.y + y) + offset};
   }
   if (!options.uv.empty()) {
     std::array<double, 2> numbers{};
@@ -73,7 +87,7 @@ Result<Point2> position_from_arguments(const SampleOptions& options, const VtMap
     return mapping.texel_from_uv(level, {numbers[0], numbers[1]});
   }
   VT_ASSIGN(const Point2 position, crs_from_argument(options, crs));
-  return mapping.texel_from_crs(level, position);
+  return mapping.texel_from_crs(level, turned_into(layer, crs, position));
 }
 
 // What is valid, in the terms in which the place was given.
@@ -112,7 +126,11 @@ std::string valid_range(const SampleOptions& options, const VtMapping& mapping, 
 Result<Value> read_value(const store::StoreReader& reader, const LayerInfo& layer, TileId tile, std::int64_t column, std::int64_t row) {
   Value value;
   VT_ASSIGN(value.present_tile, reader.nearest_present(layer.id, tile));
-  if (!value.present_tile || *value.present_tile != tile) return value;
+  if (!value.present_tile || *value.present_tile != tile) {
+    const AbsentTexels absent = absent_texels(layer, tile.level);
+    if (absent.is_data) value.channels.assign(static_cast<std::size_t>(layout_of(layer).channels), double{absent.value});
+    return value;
+  }
 
   const TexelLayout layout = layout_of(layer);
   const std::size_t edge = layer.tile_texels();
@@ -138,9 +156,7 @@ Result<Value> read_value(const store::StoreReader& reader, const LayerInfo& laye
   return value;
 }
 
-std::string layer_unit(const LayerInfo& layer) {
-  return unit_of(layer, nlohmann::ordered_json::parse(layer.metadata_json, nullptr, /*allow_exceptions=*/false));
-}
+std::string layer_unit(const LayerInfo& layer) { return unit_of(layer, text::json_or_null(layer.metadata_json)); }
 
 std::string numbers_text(const std::vector<double>& numbers, bool is_exact) {
   std::string text;
@@ -178,9 +194,11 @@ Result<int> run_sample(const SampleOptions& options) {
                     options.uv.empty() ? options.lonlat : options.uv, layer->name, valid_range(options, mapping, *layer, crs)));
   }
 
-  // The east and south edges belong to the last texel, as u = 1 and v = 0 belong to the area.
-  const std::int64_t x = std::clamp(static_cast<std::int64_t>(std::floor(position.x)), data.x, data.right() - 1);
-  const std::int64_t y = std::clamp(static_cast<std::int64_t>(std::floor(position.y)), data.y, data.bottom() - 1);
+  // The texel whose value lies nearest. The east and south edges belong to the last texel, as u = 1 and v = 0 belong to the area.
+  const double offset = layer->value_offset(level);
+  const auto nearest = [&](double at) { return static_cast<std::int64_t>(std::floor(at + 0.5 - offset)); };
+  const std::int64_t x = std::clamp(nearest(position.x), data.x, data.right() - 1);
+  const std::int64_t y = std::clamp(nearest(position.y), data.y, data.bottom() - 1);
   const int exponent = layer->tile_exponent;
   const TileId tile{level, static_cast<std::uint32_t>(x >> exponent), static_cast<std::uint32_t>(y >> exponent)};
   const TexelRect tile_place = rect_of(tile, exponent);
@@ -189,6 +207,7 @@ Result<int> run_sample(const SampleOptions& options) {
   if (crs.definition().projection != geo::Projection::kPixel) {
     if (const auto lonlat = crs.lonlat_from_crs(place.crs)) place.lonlat = *lonlat;
   }
+  const Point2 value_place = mapping.crs_from_texel(level, {static_cast<double>(x) + offset, static_cast<double>(y) + offset});
   VT_ASSIGN(const Value value, read_value(reader, *layer, tile, x - tile_place.x, y - tile_place.y));
   const bool is_present = value.present_tile == tile;
 
@@ -210,6 +229,7 @@ Result<int> run_sample(const SampleOptions& options) {
         {"uv", pair_json(place.uv)},
         {"crs", pair_json(place.crs)},
         {"lonlat", nullptr},
+        {"value_crs", pair_json(value_place)},
         {"value", nullptr},
         {"linear", nullptr},
     };
@@ -217,7 +237,7 @@ Result<int> run_sample(const SampleOptions& options) {
       json["nearest_present"] = {{"level", value.present_tile->level.value}, {"x", value.present_tile->x}, {"y", value.present_tile->y}};
     }
     if (place.lonlat) json["lonlat"] = pair_json(*place.lonlat);
-    if (is_present) json["value"] = value.channels;  // NaN becomes null
+    if (!value.channels.empty()) json["value"] = value.channels;  // NaN becomes null
     if (!value.linear.empty()) json["linear"] = value.linear;
     cli::print_json(json);
     return 0;
@@ -233,13 +253,15 @@ Result<int> run_sample(const SampleOptions& options) {
   text += fmt::format("uv        {}\n", pair_text(place.uv));
   text += fmt::format("crs       {}\n", pair_text(place.crs));
   if (place.lonlat) text += fmt::format("lon, lat  {}\n", pair_text(*place.lonlat));
-  if (!is_present) {
+  if (layer->is_point_sampled) text += fmt::format("sampled   at crs {}\n", pair_text(value_place));
+  if (!is_present && value.channels.empty()) {
     text += value.present_tile ? fmt::format("value     none: the tile is absent; nearest above: level {}, {},{}\n",
                                              int{value.present_tile->level.value}, value.present_tile->x, value.present_tile->y)
                                : std::string("value     none: the tile and all above it are absent\n");
   } else {
     const std::string unit = layer_unit(*layer);
-    text += fmt::format("value     {}{}{}\n", numbers_text(value.channels, !layout_of(*layer).is_float), unit.empty() ? "" : " ", unit);
+    text += fmt::format("value     {}{}{}{}\n", numbers_text(value.channels, !layout_of(*layer).is_float), unit.empty() ? "" : " ", unit,
+                        is_present ? "" : " (its tile is absent: voids are filled)");
     if (layer->channel == ChannelType::kMaterial && !layer->is_part && std::isfinite(value.channels[0])) {
       const std::string name = cli::class_table_of(*layer).name_of(static_cast<int>(value.channels[0]));
       if (!name.empty()) text += fmt::format("class     {}\n", name);

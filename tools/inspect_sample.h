@@ -14,7 +14,7 @@ struct SampleOptions {
   std::filesystem::path store;
   LayerChoice choice;
   // Exactly one is not empty.
-  std::string lonlat;  // "LON,LAT", degrees on the CRS's own datum
+  std::string lonlat;  // "LON,LAT", degrees on the CRS's own datum; longitudes any number of turns away from the layer's
   std::string texel;   // "X,Y", whole numbers in the level's data rectangle
   std::string uv;      // "U,V"
   bool json = false;

@@ -291,6 +291,20 @@ Result<Point2> Crs::lonlat_from_crs(Point2 crs) const {
   return no_answer();
 }
 
+std::optional<double> Crs::turn() const {
+  const CrsDefinition& d = impl_->definition;
+  switch (d.projection) {
+    case Projection::kGeographic:
+      return 360.0;
+    case Projection::kWebMercator:
+      return 2.0 * std::numbers::pi * d.ellipsoid.semi_major_m / d.metres_per_unit;
+    case Projection::kPixel:
+    case Projection::kTransverseMercator:
+      break;
+  }
+  return std::nullopt;
+}
+
 Result<Point2> Crs::crs_from_lonlat(Point2 lonlat_deg) const {
   const CrsDefinition& d = impl_->definition;
   const auto no_answer = [&] {

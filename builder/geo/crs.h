@@ -5,6 +5,7 @@
 
 #include <memory>
 #include <nlohmann/json_fwd.hpp>
+#include <optional>
 #include <string>
 #include <string_view>
 
@@ -63,6 +64,9 @@ class Crs {
   // answer.
   [[nodiscard]] Result<Point2> lonlat_from_crs(Point2 crs) const;
   [[nodiscard]] Result<Point2> crs_from_lonlat(Point2 lonlat_deg) const;
+
+  // CRS units to the east after which the same place comes again: 360 degrees, or the equator of Web Mercator. nullopt where none does.
+  [[nodiscard]] std::optional<double> turn() const;
 
   // Ground metres per CRS unit along x and along y at a place, for ground sample distances.
   [[nodiscard]] Result<Point2> metres_per_unit_at(Point2 crs) const;
