@@ -189,11 +189,7 @@ Result<int> run(const LayerFlags& flags) {
   return build_layers(flags.output, std::move(plans), extent, flags.build);
 }
 
-}  // namespace
-
-std::function<Result<int>()> add_layer_command(CLI::App& app, std::shared_ptr<nlohmann::ordered_json> report) {
-  auto flags = std::make_shared<LayerFlags>();
-  flags->build.report = std::move(report);
+CLI::App* add_command(CLI::App& app, const std::shared_ptr<LayerFlags>& flags) {
   CLI::App* command = app.add_subcommand("layer", "build one layer from georeferenced rasters, into a new store or one that exists");
   command
       ->add_option(
@@ -246,12 +242,38 @@ std::function<Result<int>()> add_layer_command(CLI::App& app, std::shared_ptr<nl
                        "  vtbuild layer west.tif east.tif -o area.vts --channel color --format bc1 --compression zstd:9\n"
                        "  vtbuild layer earth.jpg -o earth.vts --channel color --crs EPSG:4326 --extent -180,-90,180,90\n"
                        "  vtbuild layer scan.png -o scan.vts --channel color --crs pixel\n");
+  return command;
+}
+
+}  // namespace
+
+std::function<Result<int>()> add_layer_command(CLI::App& app, std::shared_ptr<nlohmann::ordered_json> report) {
+  auto flags = std::make_shared<LayerFlags>();
+  flags->build.report = std::move(report);
+  CLI::App* command = add_command(app, flags);
   return [flags, command]() -> Result<int> {
     if (!command->parsed()) return -1;
     flags->build.recipe = recipe_of(*command, flags->output);
     VT_CHECK(check_recipe(flags->build.recipe));
     return run(*flags);
   };
+}
+
+Result<pipeline::LayerRequest> layer_request_of(std::vector<std::string> arguments, const std::filesystem::path& raster,
+                                                const pipeline::DatasetFrame& frame) {
+  CLI::App app;
+  app.require_subcommand(1);
+  auto flags = std::make_shared<LayerFlags>();
+  add_command(app, flags);
+  arguments.insert(arguments.begin() + 1, "--output=none.vts");  // behind "--" it would be an input
+  std::ranges::reverse(arguments);  // CLI11 takes them from the back
+  try {
+    app.parse(arguments);
+  } catch (const CLI::ParseError& problem) {
+    return fail(ErrorCode::kInvalidData, std::string("the command that the layer was built by is not understood: ") + problem.what());
+  }
+  flags->inputs = {raster.string()};
+  return request_from(*flags, frame);
 }
 
 }  // namespace vt::tools

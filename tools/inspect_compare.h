@@ -1,5 +1,5 @@
-// vtinspect compare: two stores layer by layer and tile by tile, or a layer's finest level with a raster file; JSON in
-// schemas/vtinspect-compare.schema.json.
+// vtinspect compare: two stores layer by layer and tile by tile, or a layer's finest level with a raster file, in what the channel means;
+// JSON in schemas/vtinspect-compare.schema.json.
 #pragma once
 
 #include <filesystem>
@@ -12,7 +12,7 @@ namespace vt::inspect {
 
 struct CompareOptions {
   std::filesystem::path first;
-  std::filesystem::path second;  // a store, or a raster file by its suffix .tif or .tiff
+  std::filesystem::path second;  // a store, by its suffix .vts or its first bytes, or a raster that vtbuild reads
   std::string layer;             // "" means all texture layers
   bool all = false;              // carry layers too
   double tolerance = 0.0;        // greatest absolute error that still counts as the same, in codes or in the layer's unit

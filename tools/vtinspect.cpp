@@ -91,12 +91,18 @@ void add_sample(CLI::App& app, SampleOptions& options, Command& command) {
 
 void add_compare(CLI::App& app, CompareOptions& options, Command& command) {
   CLI::App* const sub =
-      app.add_subcommand("compare", "Compare two stores, or a layer's finest level with a GeoTIFF; exit code 3 when they differ");
+      app.add_subcommand("compare", "Compare two stores, or a layer's finest level with a raster; exit code 3 when they differ");
   sub->add_option("A", options.first, kStoreHelp)->required();
-  sub->add_option("B", options.second, "another store, or a raster file (.tif)")->required();
+  sub->add_option(
+         "B", options.second,
+         "another store, or a raster: one that the layer was built from, read as it was then, or one with the values of its texels")
+      ->required();
   sub->add_option("--layer", options.layer, "compare only this layer")->type_name("NAME");
   sub->add_flag("--all", options.all, "carry layers too");
-  sub->add_option("--tolerance", options.tolerance, "greatest absolute error that still counts as the same")->type_name("T");
+  sub->add_option(
+         "--tolerance", options.tolerance,
+         "greatest absolute error that still counts as the same, in codes (color) or in the layer's unit; for classes there is none")
+      ->type_name("T");
   sub->add_flag("--json", options.json, "JSON, as schemas/vtinspect-compare.schema.json describes it");
   add_progress(*sub, options.progress);
   cli::add_help_footer(*sub,

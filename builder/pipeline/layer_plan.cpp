@@ -182,6 +182,15 @@ Result<Bounds> bounds_of(const Area& area) {
   return Bounds{area.west, area.south, area.east, area.north};
 }
 
+// The smallest rectangle that holds both.
+TexelRect around(const TexelRect& a, const TexelRect& b) {
+  if (a.empty()) return b;
+  if (b.empty()) return a;
+  const std::int64_t x = std::min(a.x, b.x);
+  const std::int64_t y = std::min(a.y, b.y);
+  return {x, y, std::max(a.right(), b.right()) - x, std::max(a.bottom(), b.bottom()) - y};
+}
+
 // The grid, the size and the place in the store.
 Result<void> lay_out(const LayerRequest& request, const std::optional<DatasetFrame>& frame, const OpenSource* first, const Bounds& bounds,
                      LayerPlan& plan) {
@@ -219,7 +228,14 @@ Result<void> plan_with_sources(const LayerRequest& request, const std::optional<
   if (request.area) {
     VT_ASSIGN(all, bounds_of(*request.area));
   }
-  VT_CHECK(lay_out(request, frame, &sources.front(), all, plan));
+  if (options.existing != nullptr) {
+    plan.info.grid = options.existing->grid;
+    plan.info.data = options.existing->data;
+    plan.info.finest = options.existing->finest;
+    plan.info.source_nodata = options.existing->source_nodata;
+  } else {
+    VT_CHECK(lay_out(request, frame, &sources.front(), all, plan));
+  }
 
   std::vector<resample::PlacedSource> placed(sources.size());
   VT_CHECK(for_each_index(sources.size(), threads, [&](std::size_t i) -> Result<void> {
@@ -242,6 +258,7 @@ Result<void> plan_with_sources(const LayerRequest& request, const std::optional<
                       sources.front().request.path.string() +
                       " (another number of bands, or codes that would mean something else); they cannot be one layer");
   describe_parts(plan);
+  for (const resample::PlacedSource& source : placed) plan.covered = around(plan.covered, source.covered);
   plan.source_load = load_of(sources, placed, plan.info, options.source_cache_bytes);
   remark_on(request, plan.resampling, plan.crs, sources, placed, plan.warnings);
   plan.settings = settings_of(plan, sources);

@@ -37,6 +37,7 @@ struct LayerPlan {
   std::shared_ptr<const channels::ChannelCodec> codec;   // of the first source; all write the same texels
   std::shared_ptr<const resample::BaseSampler> sampler;  // null: planned without sources
   SourceLoad source_load;
+  TexelRect covered;                // texels that the sources can touch, counted from the data rectangle's corner
   nlohmann::ordered_json settings;  // everything that decides the layer's bytes: two runs with equal settings may share work
   nlohmann::ordered_json recipe;    // how it was asked for, for the layer's metadata; decides nothing. null: not kept
   std::vector<std::string> warnings;
@@ -48,7 +49,8 @@ struct LayerPlan {
 struct PlanOptions {
   bool may_lack_sources = false;  // a layer that says what to expect is planned even if its sources are not there; it cannot be built
   std::size_t source_cache_bytes = std::size_t{32} << 20;  // decoded source blocks kept, all sources together
-  int threads = 0;                                         // that open sources; 0: as many as the machine has
+  const LayerInfo* existing = nullptr;  // the layer is there: its grid, its size and what it calls "no data" are taken, not chosen
+  int threads = 0;                      // that open sources; 0: as many as the machine has
   std::filesystem::path
       scratch_folder;  // where decoded samples of sources without tiles wait, see builder/source/cell_store.h; empty: none
 };

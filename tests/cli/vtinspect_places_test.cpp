@@ -155,6 +155,8 @@ TEST_F(VtinspectPlaces, FilledVoidsAreFilledWhereWholeTilesAreVoid) {
   EXPECT_EQ(json["tile_present"], false);
   EXPECT_EQ(json["value"], nlohmann::json::array({7.0}));
   EXPECT_THAT(run({"sample", "s.vts", "--texel", "18,12"}).out, HasSubstr("value     7 m (its tile is absent: voids are filled)\n"));
+  EXPECT_EQ(run({"compare", "s.vts", "in.tif"}).exit_code, 0);
+  EXPECT_EQ(run({"compare", "s.vts", "out.tif"}).exit_code, 0);
 }
 
 // --- Texels without data in GeoTIFFs --------------------------------------------------------------------------------------------------
