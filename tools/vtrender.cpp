@@ -13,6 +13,7 @@
 #include <thread>
 
 #include "builder/geo/crs.h"
+#include "builder/text/json_text.h"
 #include "runtime/virtual_texture.h"
 #include "store/store_reader.h"
 #include "tools/cli_support.h"
@@ -46,6 +47,7 @@ struct Flags {
   int frames = 0;
   bool fly = false;
   double speed_m_s = 0.0;
+  double rate_hz = 0.0;
   bool json = false;
 };
 
@@ -78,7 +80,7 @@ Result<Camera> parse_camera(const std::string& text) {
 Result<Point2> ground_metres(const store::StoreReader& reader) {
   const Area& area = reader.description().area;
   const Point2 units{area.east - area.west, area.north - area.south};
-  const nlohmann::json metadata = nlohmann::json::parse(reader.description().metadata_json, nullptr, false);
+  const nlohmann::json metadata = text::json_or_null(reader.description().metadata_json);
   if (!metadata.is_object() || !metadata.contains("crs")) return units;
   VT_ASSIGN(const geo::Crs crs, geo::Crs::from_json(metadata["crs"]));
   if (crs.definition().projection == geo::Projection::kPixel) return units;
@@ -114,6 +116,13 @@ Result<void> write_png(const std::filesystem::path& path, int width, int height,
   return picture->finish();
 }
 
+double percentile(std::vector<double> values, double part) {
+  std::sort(values.begin(), values.end());
+  return values[std::min(values.size() - 1, static_cast<std::size_t>(part * static_cast<double>(values.size())))];
+}
+
+double milliseconds_since(Clock::time_point start) { return std::chrono::duration<double, std::milli>(Clock::now() - start).count(); }
+
 // Draws patches with the tiles that the virtual texture selects for them.
 class Renderer {
  public:
@@ -136,21 +145,35 @@ class Renderer {
     return {};
   }
 
-  void draw(const View& view, std::span<const Patch* const> patches) {
+  // What one picture was drawn with.
+  struct Drawn {
+    double select_bind_ms = 0.0;  // on the wall clock, apart from drawing
+    std::size_t patches = 0;
+    std::size_t bare = 0;         // patches for which no tile is loaded
+    std::size_t tiles = 0;        // tile textures that some patch takes texels from
+    std::vector<bool> at_levels;  // by level: some patch takes its finest texels from it
+  };
+
+  Drawn draw(const View& view, std::span<const Patch* const> patches) {
+    Drawn drawn{.patches = patches.size()};
     gl_.Clear(gl::GL_COLOR_BUFFER_BIT | gl::GL_DEPTH_BUFFER_BIT);
     gl_.MatrixMode(gl::GL_PROJECTION);
     gl_.LoadMatrixd(view.clip_from_offset.data());
     gl_.MatrixMode(gl::GL_MODELVIEW);
+    Clock::time_point start = Clock::now();
     sets_.clear();
     for (const Patch* patch : patches) sets_.push_back(texture_->select(patch->uv));
     order_.resize(sets_.size());
     runtime::sort_by_tile(sets_, order_);
+    drawn.select_bind_ms += milliseconds_since(start);
     for (const std::uint32_t i : order_) {
       const Patch& patch = *patches[i];
+      start = Clock::now();
       if (shader_)
         texture_->bind(binding_, sets_[i], patch.uv_origin);
       else
         texture_->bind(sets_[i], patch.uv_origin);
+      drawn.select_bind_ms += milliseconds_since(start);
       const double move[16] = {
           1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, patch.origin.x - view.eye.x, patch.origin.y - view.eye.y, patch.origin.z - view.eye.z, 1};
       gl_.LoadMatrixd(move);
@@ -159,6 +182,8 @@ class Renderer {
       gl_.DrawElements(gl::GL_TRIANGLES, static_cast<gl::GLsizei>(patch_indices().size()), gl::GL_UNSIGNED_SHORT, patch_indices().data());
     }
     gl_.Finish();
+    count_tiles(drawn);
+    return drawn;
   }
 
   [[nodiscard]] std::span<const runtime::StageSet> last_sets() const { return sets_; }
@@ -171,6 +196,23 @@ class Renderer {
   }
 
  private:
+  void count_tiles(Drawn& drawn) {
+    if (level_of_slot_.empty())
+      for (const runtime::VirtualTexture::TileState& tile : texture_->tiles()) level_of_slot_.push_back(tile.level.value);
+    std::vector<bool> is_drawn(level_of_slot_.size(), false);
+    drawn.at_levels.assign(std::size_t{texture_->layer().finest.value} + 1, false);
+    for (const runtime::StageSet& set : sets_) {
+      const auto slots = std::span(set.slots).first(static_cast<std::size_t>(set.count));
+      for (const int slot : slots) is_drawn[static_cast<std::size_t>(slot)] = true;
+      if (slots.empty()) {
+        ++drawn.bare;
+      } else {
+        drawn.at_levels[level_of_slot_[static_cast<std::size_t>(slots.front())]] = true;
+      }
+    }
+    drawn.tiles = static_cast<std::size_t>(std::count(is_drawn.begin(), is_drawn.end(), true));
+  }
+
   Result<void> make_program(int stages) {
     if (const char* missing = shaders_.load(EglContext::getproc, nullptr))
       return fail(ErrorCode::kUnsupported, std::string(missing) + " was not found");
@@ -207,14 +249,89 @@ class Renderer {
   runtime::ShaderBinding binding_;
   std::vector<runtime::StageSet> sets_;
   std::vector<std::uint32_t> order_;
+  std::vector<std::uint8_t> level_of_slot_;
 };
 
-double percentile(std::vector<double> values, double part) {
-  std::sort(values.begin(), values.end());
-  return values[std::min(values.size() - 1, static_cast<std::size_t>(part * static_cast<double>(values.size())))];
-}
+// Of the frames of --frames.
+class FrameReport {
+ public:
+  // `update` of this frame, `own_ms` of update, selection and binding together.
+  void add(double frame_ms, const runtime::FrameStats& update, const Renderer::Drawn& drawn) {
+    frame_ms_.push_back(frame_ms);
+    update_ms_.push_back(update.seconds * 1e3);
+    select_bind_ms_.push_back(drawn.select_bind_ms);
+    own_ms_.push_back(update_ms_.back() + drawn.select_bind_ms);
+    loaded_ += update.tiles_waiting == 0 && drawn.patches > 0 && drawn.bare == 0 ? 1 : 0;
+    patches_ += drawn.patches;
+    tiles_ += drawn.tiles;
+    most_upload_ = std::max(most_upload_, update.upload_bytes);
+    uploaded_ += update.upload_bytes;
+    uploading_ += update.upload_bytes > 0 ? 1 : 0;
+    pages_ += static_cast<std::uint64_t>(update.pages_completed);
+    binds_ += static_cast<std::uint64_t>(update.binds);
+    at_levels_.resize(std::max(at_levels_.size(), drawn.at_levels.size()));
+    for (std::size_t level = 0; level < drawn.at_levels.size(); ++level) at_levels_[level] += drawn.at_levels[level] ? 1 : 0;
+  }
+  [[nodiscard]] bool empty() const { return frame_ms_.empty(); }
 
-double milliseconds_since(Clock::time_point start) { return std::chrono::duration<double, std::milli>(Clock::now() - start).count(); }
+  [[nodiscard]] nlohmann::ordered_json json(std::size_t upload_budget) const {
+    nlohmann::ordered_json levels = nlohmann::ordered_json::array();
+    for (std::size_t level = 0; level < at_levels_.size(); ++level)
+      if (at_levels_[level] > 0) levels.push_back({{"level", level}, {"frames", at_levels_[level]}});
+    return {{"count", frame_ms_.size()},
+            {"loaded", loaded_},
+            {"median_ms", percentile(frame_ms_, 0.5)},
+            {"p99_ms", percentile(frame_ms_, 0.99)},
+            {"max_ms", percentile(frame_ms_, 1.0)},
+            {"own_median_ms", percentile(own_ms_, 0.5)},
+            {"own_p99_ms", percentile(own_ms_, 0.99)},
+            {"own_max_ms", percentile(own_ms_, 1.0)},
+            {"update_median_ms", percentile(update_ms_, 0.5)},
+            {"update_p99_ms", percentile(update_ms_, 0.99)},
+            {"select_bind_median_ms", percentile(select_bind_ms_, 0.5)},
+            {"select_bind_p99_ms", percentile(select_bind_ms_, 0.99)},
+            {"mean_patches", mean(patches_)},
+            {"mean_tiles", mean(tiles_)},
+            {"mean_binds", mean(binds_)},
+            {"levels", levels},
+            {"uploading", uploading_},
+            {"pages", pages_},
+            {"upload_bytes", uploaded_},
+            {"upload_most_bytes", most_upload_},
+            {"upload_budget_bytes", upload_budget}};
+  }
+
+  [[nodiscard]] std::string text(std::size_t upload_budget) const {
+    std::string levels;
+    for (std::size_t level = at_levels_.size(); level-- > 0;)
+      if (at_levels_[level] > 0) levels += fmt::format("{}{}", levels.empty() ? "" : ", ", level);
+    return fmt::format(
+        "{} frames, {} with every tile loaded: median {:.2f} ms, 99 % {:.2f} ms; of that update, selection and binding median {:.3f} ms, "
+        "99 % "
+        "{:.3f} ms\n{:.1f} patches from {:.1f} tiles and {:.1f} binds a frame, of levels {}; {} tiles uploaded in {} frames, {} in all, at "
+        "most {} of {} a frame\n",
+        frame_ms_.size(), loaded_, percentile(frame_ms_, 0.5), percentile(frame_ms_, 0.99), percentile(own_ms_, 0.5),
+        percentile(own_ms_, 0.99), mean(patches_), mean(tiles_), mean(binds_), levels, pages_, uploading_, cli::format_bytes(uploaded_),
+        cli::format_bytes(most_upload_), cli::format_bytes(upload_budget));
+  }
+
+ private:
+  [[nodiscard]] double mean(std::uint64_t sum) const { return static_cast<double>(sum) / static_cast<double>(frame_ms_.size()); }
+
+  std::vector<double> frame_ms_;
+  std::vector<double> update_ms_;
+  std::vector<double> select_bind_ms_;
+  std::vector<double> own_ms_;
+  std::uint64_t loaded_ = 0;
+  std::uint64_t patches_ = 0;
+  std::uint64_t tiles_ = 0;
+  std::uint64_t binds_ = 0;
+  std::uint64_t pages_ = 0;
+  std::uint64_t uploading_ = 0;
+  std::uint64_t uploaded_ = 0;
+  std::size_t most_upload_ = 0;
+  std::vector<std::uint64_t> at_levels_;
+};
 
 Result<int> run(const Flags& flags) {
   VT_ASSIGN(const auto size, parse_size(flags.size));
@@ -248,7 +365,7 @@ Result<int> run(const Flags& flags) {
   const int patch_texels = options.layout.tiles_per_side > 1 ? 1 << options.layout.tile_exponent : 1 << (options.layout.tile_exponent - 1);
   VT_ASSIGN(const Point2 metres, ground_metres(*reader));
   Terrain terrain(texture.layer(), texture.mapping(), metres, std::move(heights), flags.exaggerate, std::min(patch_texels, 256));
-  Camera camera = terrain.default_camera(static_cast<double>(width) / height);
+  Camera camera = flags.fly ? terrain.flight_camera() : terrain.default_camera(static_cast<double>(width) / height);
   if (!flags.camera.empty()) {
     VT_ASSIGN(camera, parse_camera(flags.camera));
   }
@@ -288,11 +405,7 @@ Result<int> run(const Flags& flags) {
     renderer.draw(view, patches);
   }
 
-  std::vector<double> frame_ms;
-  std::vector<double> update_ms;
-  std::size_t most_bytes = 0;
-  std::uint64_t pages = 0;
-  std::uint64_t binds = 0;
+  FrameReport frames;
   const Camera first = camera;
   const double step = flags.speed_m_s > 0.0 ? flags.speed_m_s / 60.0 : std::min(metres.x, metres.y) * 0.5 / std::max(flags.frames, 1);
   for (int frame = 0; frame < flags.frames; ++frame) {
@@ -302,17 +415,16 @@ Result<int> run(const Flags& flags) {
       camera.v = first.v + std::cos(heading) * step * frame / metres.y;
     }
     const Clock::time_point frame_start = Clock::now();
+    const Clock::time_point next_frame = frame_start + std::chrono::duration_cast<Clock::duration>(
+                                                           std::chrono::duration<double>(flags.rate_hz > 0.0 ? 1.0 / flags.rate_hz : 0.0));
     texture.set_center(terrain.look_at(camera));
     const runtime::FrameStats stats = texture.update();
     const View view = terrain.view(camera, width, height);
     terrain.visible(view, patches);
-    renderer.draw(view, patches);
-    frame_ms.push_back(milliseconds_since(frame_start));
-    update_ms.push_back(stats.seconds * 1e3);
-    most_bytes = std::max(most_bytes, stats.upload_bytes);
-    pages += static_cast<std::uint64_t>(stats.pages_completed);
-    binds += static_cast<std::uint64_t>(stats.binds);
+    const Renderer::Drawn drawn = renderer.draw(view, patches);
+    frames.add(milliseconds_since(frame_start), stats, drawn);
     VT_CHECK(check_loader());
+    std::this_thread::sleep_until(next_frame);
   }
   if (flags.fly) VT_CHECK(settle());
 
@@ -341,17 +453,7 @@ Result<int> run(const Flags& flags) {
         {"bytes_read", loaded.bytes_read},
         {"patches", patches.size()},
         {"mean_stages", stages}};
-    if (!frame_ms.empty())
-      report["frames"] = {{"count", frame_ms.size()},
-                          {"median_ms", percentile(frame_ms, 0.5)},
-                          {"p99_ms", percentile(frame_ms, 0.99)},
-                          {"max_ms", percentile(frame_ms, 1.0)},
-                          {"update_median_ms", percentile(update_ms, 0.5)},
-                          {"update_p99_ms", percentile(update_ms, 0.99)},
-                          {"upload_most_bytes", most_bytes},
-                          {"upload_budget_bytes", options.upload_budget_bytes},
-                          {"pages", pages},
-                          {"mean_binds", static_cast<double>(binds) / static_cast<double>(frame_ms.size())}};
+    if (!frames.empty()) report["frames"] = frames.json(options.upload_budget_bytes);
     cli::print_json(report);
     return 0;
   }
@@ -359,13 +461,7 @@ Result<int> run(const Flags& flags) {
     cli::print(fmt::format("{}: layer {}, {} x {}, {} patches, {} tiles read in {:.0f} ms, {} of textures\n", flags.output,
                            texture.layer().name, width, height, patches.size(), loaded.tiles_read, settle_ms,
                            cli::format_bytes(texture.texture_bytes())));
-  if (!frame_ms.empty())
-    cli::print(fmt::format(
-        "{} frames: median {:.2f} ms, 99 % {:.2f} ms; update median {:.3f} ms, 99 % {:.3f} ms; upload at most {} of {} a frame; {} pages, "
-        "{:.1f} binds a frame\n",
-        frame_ms.size(), percentile(frame_ms, 0.5), percentile(frame_ms, 0.99), percentile(update_ms, 0.5), percentile(update_ms, 0.99),
-        cli::format_bytes(most_bytes), cli::format_bytes(options.upload_budget_bytes), pages,
-        static_cast<double>(binds) / static_cast<double>(frame_ms.size())));
+  if (!frames.empty()) cli::print(frames.text(options.upload_budget_bytes));
   return 0;
 }
 
@@ -405,7 +501,11 @@ int main(int argc, char** argv) {
   app.add_flag("--tint-levels", flags.tint_levels, "colour every level, to see where the paging squares lie");
   app.add_option("--frames", flags.frames, "draw this many frames and print their times (wall clock around glFinish)")
       ->check(CLI::Range(1, 1000000));
-  app.add_flag("--fly", flags.fly, "move the camera forward over the frames, half the area in all");
+  app.add_flag(
+      "--fly", flags.fly,
+      "move the camera forward over the frames, half the area in all; without --camera it flies low, where the finest texels are seen");
+  app.add_option("--rate", flags.rate_hz, "with --frames: frames a second at most, as a display would ask for them (default: no limit)")
+      ->check(CLI::Range(0.1, 1000.0));
   app.add_option("--speed", flags.speed_m_s, "with --fly: metres a second at 60 frames a second, instead");
   app.add_flag("--json", flags.json, "print the report as JSON");
   vt::cli::add_help_footer(app, vt::tools::kExamples);

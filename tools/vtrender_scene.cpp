@@ -52,6 +52,7 @@ Terrain::Terrain(const LayerInfo& layer, const VtMapping& mapping, Point2 metres
                  double exaggerate, int patch_texels)
     : mapping_(mapping),
       vt_exponent_(layer.vt_exponent()),
+      data_rows_(layer.data.height),
       finest_(layer.finest),
       metres_(metres),
       heights_(std::move(heights)),
@@ -122,6 +123,18 @@ Camera Terrain::default_camera(double aspect) const {
   camera.v = middle.y - distance * std::cos(pitch) / metres_.y;
   camera.height_m = distance * std::sin(pitch) + position(middle).z - position({camera.u, camera.v}).z;
   return camera;
+}
+
+Camera Terrain::flight_camera() const {
+  constexpr double kTexelsHigh = 600.0;  // at 720 pixels and 45 degrees a pixel is as wide as a texel at 920 texels' distance
+  const double texels_high = std::min(kTexelsHigh, 0.15 * static_cast<double>(data_rows_));
+  const double texel_m = metres_.y * (data_uv_.v_max - data_uv_.v_min) / static_cast<double>(data_rows_);
+  return {.u = (data_uv_.u_min + data_uv_.u_max) / 2.0,
+          .v = data_uv_.v_min + 0.1 * (data_uv_.v_max - data_uv_.v_min),
+          .height_m = texels_high * texel_m,
+          .heading_deg = 0.0,
+          .pitch_deg = -20.0,
+          .fov_deg = 45.0};
 }
 
 Point2 Terrain::look_at(const Camera& camera) const {

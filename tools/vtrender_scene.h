@@ -58,6 +58,8 @@ class Terrain {
   [[nodiscard]] Point2 uv_at(const Vector3& place) const;
   [[nodiscard]] View view(const Camera& camera, int width, int height) const;
   [[nodiscard]] Camera default_camera(double aspect) const;
+  // Over the southern part of the data, looking north and a little down, so low that the finest texels are larger than pixels near by.
+  [[nodiscard]] Camera flight_camera() const;
   // Where the middle of the lower half of the picture meets the ground: a good paging center.
   [[nodiscard]] Point2 look_at(const Camera& camera) const;
 
@@ -71,6 +73,7 @@ class Terrain {
   VtMapping mapping_;
   runtime::UvBox data_uv_;
   int vt_exponent_;
+  std::int64_t data_rows_;
   Level finest_;
   Point2 metres_;
   std::optional<runtime::HeightField> heights_;
