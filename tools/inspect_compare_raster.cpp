@@ -49,6 +49,7 @@ struct Finding {
   RasterReading reading;
   LevelDifference difference;
   std::string misfit;
+  bool was_placed_so = false;  // a source of the layer lies in the very same place
 
   [[nodiscard]] std::uint64_t differing() const { return difference.differing_texels; }
 };
@@ -349,7 +350,9 @@ const LayerInfo& owner_of(const store::StoreReader& reader, const LayerInfo& lay
 // its own are taken; where a raster has no place but the layer's size, it gets the layer's place.
 Result<pipeline::LayerPlan> plan_of_raster(const Sides& sides, const LayerInfo& owner) {
   const Area& area = sides.reader.description().area;
-  VT_ASSIGN(pipeline::LayerRequest request, tools::built_request(sides.reader, owner, {sides.crs, area}, sides.options.second));
+  auto known = tools::built_request(sides.reader, owner, {sides.crs, area}, sides.options.second);
+  if (!known) return fail(ErrorCode::kUnsupported, known.error().message);  // the raster may hold values all the same
+  pipeline::LayerRequest request = std::move(*known);
   pipeline::SourceRequest& source = request.sources.front();
   if (std::ranges::any_of(source.bands, [&](int band) { return band > sides.raster.bands; })) source.bands.clear();
   if (!sides.raster.has_transform && sides.raster_at) {
@@ -366,6 +369,34 @@ bool means_the_same(const LayerInfo& a, const LayerInfo& b) {
   return a.format == b.format && a.components == b.components && a.zero_is_nodata == b.zero_is_nodata;
 }
 
+// The sources in a layer's settings: a list, or what stands for a long one.
+nlohmann::ordered_json sources_in(const nlohmann::ordered_json& settings) {
+  return settings.is_object() && settings.contains("sources") ? settings["sources"] : nlohmann::ordered_json();
+}
+
+// The settings that the layer was built with; null when it does not have them.
+nlohmann::ordered_json settings_of(const LayerInfo& owner) {
+  const nlohmann::ordered_json metadata = text::json_or_null(owner.metadata_json);
+  return metadata.is_object() && metadata.contains("settings") ? metadata["settings"] : nlohmann::ordered_json();
+}
+
+// A source of the layer lies exactly where the raster does, or there are more of them than its settings list.
+bool was_placed_so(const nlohmann::ordered_json& of_layer, const nlohmann::ordered_json& of_raster) {
+  const nlohmann::ordered_json sources = sources_in(of_layer);
+  const nlohmann::ordered_json raster = sources_in(of_raster);
+  if (!sources.is_array()) return sources.is_object();
+  return std::ranges::any_of(sources, [&](const nlohmann::ordered_json& source) {
+    return source.is_object() && source.contains("transform") && source["transform"] == raster[0]["transform"];
+  });
+}
+
+std::size_t source_count(const nlohmann::ordered_json& of_layer) {
+  const nlohmann::ordered_json sources = sources_in(of_layer);
+  if (sources.is_array()) return sources.size();
+  return sources.is_object() && sources.contains("count") && sources["count"].is_number_unsigned() ? sources["count"].get<std::size_t>()
+                                                                                                   : 0;
+}
+
 Result<Finding> compare_as_source(const Sides& sides) {
   const LayerInfo& owner = owner_of(sides.reader, sides.layer);
   VT_ASSIGN(const pipeline::LayerPlan plan, plan_of_raster(sides, owner));
@@ -379,7 +410,9 @@ Result<Finding> compare_as_source(const Sides& sides) {
     return fail(ErrorCode::kUnsupported, fmt::format("layer {} has nothing to compare at its finest level", sides.layer.name));
   const TexelRect compared = intersect(plan.covered, {0, 0, owner.data.width, owner.data.height});
   if (compared.empty()) return fail(ErrorCode::kNotFound, "the raster and the layer do not overlap");
-  return SourceComparer(sides, plan, part).compare(compared);
+  VT_ASSIGN(Finding finding, SourceComparer(sides, plan, part).compare(compared));
+  finding.was_placed_so = was_placed_so(settings_of(owner), plan.settings);
+  return finding;
 }
 
 // The raster's samples against the values of the layer's texels.
@@ -497,22 +530,18 @@ Result<Finding> compare_as_values(const Sides& sides, const source::RasterSource
   return ValueComparer(sides, raster).compare(compared);
 }
 
-// The layer was built from a source that lies exactly where the raster lies, or from more sources than its settings list.
-bool was_placed_so(const Sides& sides) {
-  const nlohmann::ordered_json metadata = text::json_or_null(owner_of(sides.reader, sides.layer).metadata_json);
-  if (!metadata.is_object() || !metadata.contains(nlohmann::ordered_json::json_pointer("/settings/sources"))) return false;
-  const nlohmann::ordered_json& sources = metadata["settings"]["sources"];
-  if (!sources.is_array()) return true;
-  const geo::GeoTransform& t = sides.raster.transform;
-  const std::array<double, 6> here{t.x0, t.x_column, t.x_row, t.y0, t.y_column, t.y_row};
-  return std::ranges::any_of(sources, [&](const nlohmann::ordered_json& source) {
-    if (!source.is_object() || !source.contains("transform") || !source["transform"].is_array() ||
-        source["transform"].size() != here.size())
-      return false;
-    for (std::size_t i = 0; i < here.size(); ++i)
-      if (!source["transform"][i].is_number() || source["transform"][i].get<double>() != here[i]) return false;
-    return true;
-  });
+// What a difference may come from.
+void add_reasons(const Sides& sides, const Result<Finding>& as_source, const Finding& finding, Comparison& comparison) {
+  if (!as_source) comparison.remarks.push_back("not compared as a source of the layer: " + as_source.error().message);
+  if (finding.difference.misfits > 0)
+    comparison.remarks.push_back(
+        fmt::format("{} texels of the raster hold what the layer's format cannot: {}", finding.difference.misfits, finding.misfit));
+  const std::size_t count = source_count(settings_of(owner_of(sides.reader, sides.layer)));
+  if (count > 1)
+    comparison.remarks.push_back(
+        fmt::format("the layer has {} sources; where others lie over this one or beside it, its texels are theirs", count));
+  if (sides.layer.state != LayerState::kComplete)
+    comparison.remarks.push_back("the layer is not complete; what its build has not come to yet is absent");
 }
 
 }  // namespace
@@ -520,7 +549,7 @@ bool was_placed_so(const Sides& sides) {
 Result<Comparison> compare_with_raster(const CompareOptions& options) {
   VT_ASSIGN(const store::StoreReader reader, cli::open_store("vtinspect", options.first));
   VT_ASSIGN(const LayerInfo* const layer, choose_layer(reader, options.layer));
-  if (format_info(layer->format).samples == SampleKind::kOpaque)
+  if (format_info(layer->format).samples == SampleKind::kOpaque || layer->role == LayerRole::kCarry)
     return fail(ErrorCode::kUsage,
                 fmt::format("{}: layer {} holds no numbers that a raster could have", options.first.string(), layer->name));
   VT_ASSIGN(const geo::Crs crs, crs_of(reader));
@@ -529,12 +558,18 @@ Result<Comparison> compare_with_raster(const CompareOptions& options) {
   Sides sides{options, reader, *layer, raster->info(), crs, std::nullopt, ""};
   sides.raster_at = raster_in_layer(raster->info(), *layer, crs, sides.off_grid);
 
+  // What cannot be read, or was stopped, is no difference.
+  const auto is_final = [](const Result<Finding>& finding) {
+    if (finding) return false;
+    const ErrorCode code = finding.error().code;
+    return code == ErrorCode::kCancelled || code == ErrorCode::kIo || code == ErrorCode::kCorrupt || code == ErrorCode::kInternal;
+  };
   auto as_source = compare_as_source(sides);
-  if (!as_source && as_source.error().code == ErrorCode::kCancelled) return tl::unexpected(as_source.error());
+  if (is_final(as_source)) return tl::unexpected(as_source.error());
   const bool is_settled = as_source && as_source->differing() == 0;
   Result<Finding> as_values = fail(ErrorCode::kUnsupported, "");
   if (!is_settled) as_values = compare_as_values(sides, *raster);
-  if (!as_values && as_values.error().code == ErrorCode::kCancelled) return tl::unexpected(as_values.error());
+  if (is_final(as_values)) return tl::unexpected(as_values.error());
 
   Comparison comparison;
   if (!as_source && !as_values) {
@@ -544,15 +579,12 @@ Result<Comparison> compare_with_raster(const CompareOptions& options) {
   }
   const bool values_win = as_values && (!as_source || as_values->differing() < as_source->differing());
   Finding& finding = values_win ? *as_values : *as_source;
-  if (!sides.raster_at && was_placed_so(sides))
+  if (!sides.raster_at && finding.was_placed_so)
     comparison.remarks.push_back(sides.off_grid + "; it was resampled, as the layer's source was that lies in the same place");
   else if (!sides.raster_at)
     comparison.mismatches.push_back(sides.off_grid +
                                     "; it was resampled as a build would, and no source of the layer lies in the same place");
-  if (!as_source) comparison.remarks.push_back("not compared as a source of the layer: " + as_source.error().message);
-  if (finding.difference.misfits > 0)
-    comparison.remarks.push_back(
-        fmt::format("{} texels of the raster hold what the layer's format cannot: {}", finding.difference.misfits, finding.misfit));
+  if (finding.differing() > 0) add_reasons(sides, as_source, finding, comparison);
   comparison.raster = finding.reading;
   LayerDifference difference = empty_difference(*layer);
   difference.levels.push_back(std::move(finding.difference));

@@ -40,6 +40,36 @@ class VtinspectRaster : public VtinspectTest, public testing::WithParamInterface
   std::vector<std::string> extra_;
 };
 
+// With layer_kinds.h, every format of every channel.
+std::vector<Case> other_formats() {
+  const std::vector<Case> kinds = pipeline::cases();
+  struct Row {
+    const char* kind;
+    TexelFormat format;
+    channels::Options options;  // instead of the kind's, where there are any
+  };
+  const channels::Options radiance{{"quantity", "temperature"}, {"band", "8,12"}};
+  std::vector<Case> cases;
+  for (const Row& row :
+       {Row{"translucent_kaiser", TexelFormat::kBc3, {}}, Row{"translucent_kaiser", TexelFormat::kBc7, {}},
+        Row{"opaque_box", TexelFormat::kBc7, {}}, Row{"normal", TexelFormat::kRg16, {}}, Row{"normal", TexelFormat::kBc5, {}},
+        Row{"horizon", TexelFormat::kRg16, {}}, Row{"horizon", TexelFormat::kRgba8, {}}, Row{"horizon", TexelFormat::kRg8, {}},
+        Row{"elevation", TexelFormat::kR16Float, {}}, Row{"elevation", TexelFormat::kR16, {}}, Row{"land_cover", TexelFormat::kR16, {}},
+        Row{"kelvins", TexelFormat::kR32Float, radiance}, Row{"kelvins", TexelFormat::kR16Float, radiance},
+        Row{"thermal_basis", TexelFormat::kRgba16Float, {}}, Row{"thermal_basis", TexelFormat::kRgba32Float, {}},
+        Row{"light_halves", TexelFormat::kRgba32Float, {}}, Row{"light_halves", TexelFormat::kBc6h, {}}, Row{"mask", TexelFormat::kR16, {}},
+        Row{"mask", TexelFormat::kBc4, {}}}) {
+    const auto kind = std::ranges::find(kinds, row.kind, &Case::name);
+    Case c = kind == kinds.end() ? Case{} : *kind;
+    c.name += std::string("_as_") + std::string(format_info(row.format).name);
+    c.format = row.format;
+    if (!row.options.empty()) c.options = row.options;
+    cases.push_back(std::move(c));
+  }
+  return cases;
+}
+
+INSTANTIATE_TEST_SUITE_P(Formats, VtinspectRaster, testing::ValuesIn(other_formats()), [](const auto& kind) { return kind.param.name; });
 INSTANTIATE_TEST_SUITE_P(Kinds, VtinspectRaster, testing::ValuesIn(pipeline::cases()), [](const auto& kind) { return kind.param.name; });
 
 // A place in the data of every case where nothing is special.
@@ -229,6 +259,67 @@ TEST_F(VtinspectRasterHoles, TheUnitIsTheChannels) {
   EXPECT_NEAR(edited["max_error"].get<double>(), 3.0, 0.125);
   EXPECT_EQ(run({"compare", "s.vts", "edited.tif", "--tolerance", "3.2"}).exit_code, 0);
   EXPECT_EQ(run({"compare", "s.vts", "edited.tif", "--tolerance", "2.8"}).exit_code, 3);
+}
+
+// Its place is in the command that built the layer and nowhere else.
+TEST_F(VtinspectRasterHoles, APictureThatWasPlacedByExtentIsFoundInItsPlace) {
+  source::GeoTiffSpec spec{.width = 90, .height = 60, .bands = 1, .sample_type = SampleType::kUint8};
+  const auto write_picture = [&](const std::string& name, int edited) {
+    auto writer = source::GeoTiffWriter::create(directory_ / name, spec);
+    std::vector<std::byte> samples(90 * 60);
+    for (std::size_t i = 0; i < samples.size(); ++i) samples[i] = static_cast<std::byte>(i * 7 % 251);
+    samples[2000] = static_cast<std::byte>(std::to_integer<int>(samples[2000]) + edited);
+    ASSERT_TRUE(writer && writer->write_rows(samples, 60) && writer->finish());
+  };
+  write_picture("in.tif", 0);
+  write_picture("edited.tif", 90);
+  const Case picture{"", {}, ChannelType::kMask, "box", TexelFormat::kR8, nullptr};
+  for (const char* gsd : {"10", "17"}) {
+    std::filesystem::remove(directory_ / "s.vts");
+    extra_ = {"--crs", "EPSG:32633", "--extent=500000,4999400,500900,5000000", "--gsd", gsd};
+    build(picture);
+    const auto json = compare("in.tif", "mask", 0);
+    EXPECT_EQ(json["equal"], true) << gsd;
+    EXPECT_GT(json["layers"][0]["levels"][0]["texels"].get<int>(), 1800) << gsd;
+    EXPECT_EQ(compare("edited.tif", "mask", 3)["equal"], false) << gsd;
+  }
+}
+
+TEST_F(VtinspectRasterHoles, InAMosaicASourceIsWhatItIsWhereItIsSeen) {
+  const Case picture{
+      "", {.width = 60, .height = 60, .bands = 1}, ChannelType::kMask, "box", TexelFormat::kR8, [](std::int64_t x, std::int64_t y, int) {
+        return static_cast<double>((x * 5 + y * 3) % 200);
+      }};
+  write_raster(directory_ / "in.tif", picture.raster, picture.value);
+  RasterSpec east = picture.raster;
+  for (const std::int64_t overlap : {0, 7}) {
+    east.transform.x0 = picture.raster.transform.x0 + static_cast<double>(60 - overlap) * east.transform.x_column;
+    write_raster(directory_ / "east.tif", east, [](auto, auto, int) { return 255.0; });
+    std::filesystem::remove(directory_ / "s.vts");
+    extra_ = {"east.tif"};
+    build(picture);
+    EXPECT_EQ(compare("east.tif", "mask", 0)["equal"], true);
+    const auto west = compare("in.tif", "mask", overlap == 0 ? 0 : 3);
+    EXPECT_EQ(west["layers"][0]["levels"][0]["differing_texels"], overlap * 60);
+    if (overlap > 0) {
+      EXPECT_THAT(west["remarks"].dump(), HasSubstr("the layer has 2 sources"));
+    }
+  }
+}
+
+TEST_F(VtinspectRasterHoles, ARasterThatCannotBeReadIsAnErrorAndNoDifference) {
+  const Case picture{
+      "", {.width = 60, .height = 60, .bands = 1}, ChannelType::kMask, "box", TexelFormat::kR8, [](std::int64_t x, std::int64_t y, int) {
+        return static_cast<double>((x * 5 + y * 3) % 200);
+      }};
+  write_raster(directory_ / "in.tif", picture.raster, picture.value);
+  build(picture);
+  std::filesystem::resize_file(directory_ / "in.tif", std::filesystem::file_size(directory_ / "in.tif") / 2);
+  const Outcome outcome = run({"compare", "s.vts", "in.tif"});
+  EXPECT_THAT(outcome.exit_code, testing::AnyOf(2, 3));
+  EXPECT_THAT(outcome.err, HasSubstr("in.tif"));
+  EXPECT_EQ(outcome.out, "");
+  EXPECT_EQ(run({"compare", "s.vts", "none.tif"}).exit_code, 2);
 }
 
 TEST_F(VtinspectRasterHoles, ClassesAreTheSameOrNot) {
