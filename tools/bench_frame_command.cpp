@@ -21,6 +21,7 @@ struct FrameFlags {
   std::string size = "1280x720";
   double speed_m_s = 0.0;
   double rate_hz = 60.0;
+  int texture_mib = 64;
   std::string scratch;
   ResultFlags results;
 };
@@ -64,9 +65,20 @@ Result<int> run(const FrameFlags& flags) {
   for (const std::string& path : flags.paths) {
     VT_CHECK(check_interrupt());
     ChildCommand command;
-    command.arguments = {vtrender.string(), flags.store, "--path",   path,
-                         "--size",          flags.size,  "--frames", std::to_string(flags.frames),
-                         "--fly",           "--json",    "--rate",   cli::format_exact(flags.rate_hz)};
+    command.arguments = {vtrender.string(),
+                         flags.store,
+                         "--path",
+                         path,
+                         "--size",
+                         flags.size,
+                         "--frames",
+                         std::to_string(flags.frames),
+                         "--fly",
+                         "--json",
+                         "--rate",
+                         cli::format_exact(flags.rate_hz),
+                         "--texture-memory",
+                         std::to_string(flags.texture_mib)};
     if (flags.speed_m_s > 0.0) command.arguments.insert(command.arguments.end(), {"--speed", cli::format_exact(flags.speed_m_s)});
     command.output = scratch / "report.json";
     command.errors = scratch / "errors.txt";
@@ -88,9 +100,10 @@ Result<int> run(const FrameFlags& flags) {
     table.add_row(std::move(row));
   }
   VT_CHECK(flags.results.deliver(
-      fmt::format("A low flight over {}, window {}, at most {:g} frames a second; `own` is the virtual texture's part of a frame: "
+      fmt::format("A low flight over {}, window {}, {} MiB of textures, at most {:g} frames a second; `own` is the virtual texture's part "
+                  "of a frame: "
                   "update with its uploads, selection and binding",
-                  std::filesystem::path(flags.store).filename().string(), flags.size, flags.rate_hz),
+                  std::filesystem::path(flags.store).filename().string(), flags.size, flags.texture_mib, flags.rate_hz),
       table, ""));
   return 0;
 }
@@ -106,6 +119,11 @@ std::function<Result<int>()> add_frame_command(CLI::App& app) {
   command->add_option("--size", flags->size, "pixels of the window")->capture_default_str();
   command->add_option("--speed", flags->speed_m_s, "metres a second at 60 frames a second (default: half the area in all)");
   command->add_option("--rate", flags->rate_hz, "frames a second at most")->capture_default_str()->check(CLI::Range(0.1, 1000.0));
+  command
+      ->add_option("--texture-memory", flags->texture_mib,
+                   "MiB of textures; less than the layer takes, so that the flight has something to upload")
+      ->capture_default_str()
+      ->check(CLI::Range(1, 16384));
   command->add_option("--scratch", flags->scratch, "folder for reports (default: the system's temporary folder)");
   flags->results.add_to(*command, false);
   cli::add_help_footer(*command,
