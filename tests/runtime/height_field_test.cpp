@@ -50,6 +50,41 @@ TEST(HeightField, ARampStaysARampAtEveryLevelAndAHoleStaysOutOfIt) {
   }
 }
 
+// Every level holds heights of the finest level as they are: a coarse texel's is that of the north-western finest texel under it.
+TEST(HeightField, ARampOfPickedHeightsStaysTheSameRamp) {
+  test::TempFolder folder;
+  const Area area{.west = 0, .south = 0, .east = 256, .north = 256};
+  const int finest = 2;
+  const auto paint = [&](Level level, std::int64_t x, std::int64_t y, std::byte* out) {
+    const double size = std::ldexp(1.0, finest - level.value);
+    const double east = static_cast<double>(x) * size + 0.5;
+    const double south = static_cast<double>(y) * size + 0.5;
+    const auto height = static_cast<float>(2 * east - 3 * south);
+    std::memcpy(out, &height, 4);
+  };
+  const auto reader = test::make_store(folder / "h.vts",
+                                       {{.name = "dem",
+                                         .channel = ChannelType::kElevation,
+                                         .format = TexelFormat::kR32Float,
+                                         .tile_exponent = 6,
+                                         .finest = finest,
+                                         .data = {},
+                                         .paint = paint,
+                                         .skip = {},
+                                         .is_point_sampled = true}},
+                                       area);
+  ASSERT_TRUE(reader.has_value()) << reader.error().message;
+  for (const int most : {256, 128, 64}) {
+    const auto field = HeightField::read(**reader, (*reader)->layers()[0].id, most);
+    ASSERT_TRUE(field.has_value()) << field.error().message;
+    // Inside the outermost values; bilinear of a ramp is exact, and so are the heights.
+    for (double east = 1.0; east < 250.0; east += 13.7)
+      for (double south = 1.0; south < 250.0; south += 17.3)
+        EXPECT_NEAR(field->at({east / 256.0, 1.0 - south / 256.0}), 2 * east - 3 * south, 0.001)
+            << most << " texels at " << east << " " << south;
+  }
+}
+
 TEST(HeightField, RefusesColour) {
   test::TempFolder folder;
   const auto reader = test::make_store(folder / "c.vts", {{.tile_exponent = 4, .finest = 1, .data = {}, .paint = {}, .skip = {}}});

@@ -51,6 +51,7 @@ struct LayerSpec {
   TexelRect data;                    // empty: the whole padded square
   Paint paint;                       // null: noise
   std::function<bool(TileId)> skip;  // tiles that are left out
+  bool is_point_sampled = false;
 };
 
 inline LayerInfo layer_info(const LayerSpec& spec, const Area& area) {
@@ -58,6 +59,7 @@ inline LayerInfo layer_info(const LayerSpec& spec, const Area& area) {
   info.name = spec.name;
   info.channel = spec.channel;
   info.format = spec.format;
+  info.is_point_sampled = spec.is_point_sampled;
   info.tile_exponent = static_cast<std::uint8_t>(spec.tile_exponent);
   info.finest = Level{static_cast<std::uint8_t>(spec.finest)};
   const std::int64_t width = std::int64_t{1} << (spec.finest + spec.tile_exponent);
