@@ -64,10 +64,14 @@ void add_extract(CLI::App& app, ExtractOptions& options, Command& command) {
       sub->add_option("--window", options.window, "columns and rows count in the level's data rectangle")->type_name("X,Y,W,H");
   sub->add_flag("--mosaic", options.mosaic, "all levels side by side on one PNG")->excludes(level)->excludes(window);
   add_progress(*sub, options.progress);
-  cli::add_help_footer(*sub,
-                       "  vtinspect extract base.vts -o base.tif\n"
-                       "  vtinspect extract base.vts --layer elevation --level 3 --window 0,0,512,512 -o corner.exr\n"
-                       "  vtinspect extract base.vts --layer color --mosaic -o levels.png");
+  cli::add_help_footer(
+      *sub,
+      "  vtinspect extract base.vts -o base.tif\n"
+      "  vtinspect extract base.vts --layer elevation --level 3 --window 0,0,512,512 -o corner.exr\n"
+      "  vtinspect extract base.vts --layer color --mosaic -o levels.png\n\n"
+      "Without data a GeoTIFF has GDAL_NODATA in heights (the source's number, or NaN), in directions, angles and radiance (NaN) "
+      "and in classes\n(the one that stands for none); coverage 0 in the last band of colours and of light; and 0 in masks and "
+      "shares. Filled voids have their height.");
   sub->callback([&] { command = [&] { return run_extract(options); }; });
 }
 

@@ -124,7 +124,7 @@ TEST_F(VtbuildTest, BadInputSaysWhatAndWhere) {
   expect_failure({"layer", "cut.tif", "-o", "cut.vts", "--channel", "color", "--progress", "none"}, 3, {"cut.tif"});
   expect_failure({"dataset", "none.json", "-o", "x.vts"}, 2, {"none.json"});
   expect_failure({"dataset", "bad.json", "-o", "x.vts"}, 3, {"bad.json", "/layers/0/sources"});
-  expect_failure({"dataset", "broken.json", "-o", "x.vts"}, 3, {"broken.json", "byte"});
+  expect_failure({"dataset", "broken.json", "-o", "x.vts"}, 3, {"broken.json", "line 1, column 2"});
   expect_failure({"layer", "scene/imagery.tif", "-o", "not-a-store.vts", "--channel", "color"}, 3, {"not-a-store.vts"});
   expect_failure({"layer", "scene/imagery.tif", "-o", "no/such/folder/x.vts", "--channel", "color"}, 2, {"no/such/folder"});
   EXPECT_FALSE(exists("x.vts"));
@@ -182,6 +182,37 @@ TEST_F(VtbuildTest, AStoreIsDrawnOnBothPaths) {
   int largest = 0;
   for (std::size_t i = 0; i < fixed.size(); ++i) largest = std::max(largest, std::abs(int{fixed[i]} - int{shaded[i]}));
   EXPECT_LE(largest, 2);
+}
+#endif
+
+#ifdef VT_VTRENDER
+// The figures of a flight are of frames that draw: patches, from tiles that are loaded, of more than one level.
+TEST_F(VtbuildTest, AFlightReportsTheTilesThatItsFramesDraw) {
+  make_scene();
+  ASSERT_EQ(run({"layer", "scene/imagery.tif", "-o", "scene.vts", "--channel", "color", "--progress", "none"}).exit_code, 0);
+  for (const char* path : {"gl12", "glsl"}) {
+    // Textures far smaller than the layer: its finest level is only there near the place that is flown over.
+    const Outcome outcome = run_program(VT_VTRENDER,
+                                        {"scene.vts", "--path", path, "--size", "160x90", "--tile-texels", "64", "--tiles-per-side", "2",
+                                         "--frames", "12", "--fly", "--rate", "200", "--json"},
+                                        folder_.path());
+    if (outcome.exit_code == 3 && outcome.err.find("context") != std::string::npos)
+      GTEST_SKIP() << "no OpenGL context to be had here: " << outcome.err;
+    ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+    const auto frames = nlohmann::json::parse(outcome.out, nullptr, false)["frames"];
+    EXPECT_EQ(frames["count"], 12);
+    EXPECT_GE(frames["loaded"].get<int>(), 1) << "before the first frame everything is waited for";
+    EXPECT_GE(frames["mean_patches"].get<double>(), 4.0);
+    // One tile for each patch, which has to cover it; or, with shaders, fine ones over coarse ones.
+    const bool combines = std::string_view(path) == "glsl";
+    EXPECT_GE(frames["mean_tiles"].get<double>(), combines ? 2.0 : 1.0);
+    EXPECT_GE(frames["mean_binds"].get<double>(), combines ? 2.0 : 1.0);
+    EXPECT_GE(frames["levels"].size(), combines ? 2U : 1U) << outcome.out;
+    EXPECT_GE(frames["own_median_ms"].get<double>(), frames["update_median_ms"].get<double>());
+    EXPECT_GE(frames["own_median_ms"].get<double>(), frames["select_bind_median_ms"].get<double>());
+    EXPECT_GT(frames["select_bind_median_ms"].get<double>(), 0.0);
+    EXPECT_LE(frames["upload_most_bytes"].get<int>(), frames["upload_budget_bytes"].get<int>());
+  }
 }
 #endif
 

@@ -96,7 +96,7 @@ TEST_F(SceneFile, NamesTheJsonPathOfWhatIsWrong) {
       "/layers/1/sources/0");
   expect_refused(head + R"({"name": "c", "channel": "color", "sources": ["a.tif"], "colour": 1}]})", "/layers/0");
   expect_refused(R"({"format": "vt-scene", "version": 1, "name": "n"})", "at /");
-  expect_refused("{\"format\": \"vt-scene\",", "byte");
+  expect_refused("{\"format\": \"vt-scene\",", "line 1, column 23");
   expect_refused(
       head + R"({"name": "c", "channel": "color", "sources": ["a.tif"]}, {"name": "c", "channel": "color", "sources": ["a.tif"]}]})",
       "twice");
