@@ -217,8 +217,8 @@ class Window {
     const bool base_passes = plan_.sampler->passes_texels();
     // The window is an image of its own: its place would only add a misaligned first row and column.
     const TexelRect whole{0, 0, place_.width, place_.height};
-    pyramid::PlaneCascade cascade(pyramid::plan_block(whole, whole, outputs_, false, plan_.kernel), outputs_, codec.rules(),
-                                  codec.weight_plane(), plan_.kernel, plan_.info.tile_exponent);
+    pyramid::PlaneCascade cascade(pyramid::plan_block(whole, whole, outputs_, false, plan_.kernel), {.data = whole}, outputs_,
+                                  {codec.rules(), codec.weight_plane()}, plan_.kernel, plan_.info.tile_exponent);
     QuantisingSink sink(codec, place_.width, base_passes, kept);
     sink.set_cascade(cascade);
     resample::BaseChunk chunk;

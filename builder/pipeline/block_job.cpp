@@ -129,9 +129,8 @@ Result<void> BlockJob::run(std::size_t tier_index, std::int64_t index, const std
   const Tier& tier = work_.tiers()[tier_index];
   const bool has_mark = tier_index == 0 || tier.has_carry;  // the last block has none; after it the layer is complete
   if (has_mark) VT_CHECK(marks_.begin(tier, index));
-  const std::unique_ptr<pyramid::Cascade> made =
-      pyramid::make_cascade(pyramid::plan_block(tier.block(index), tier.data, tier.outputs, tier.has_carry, plan_.kernel), tier.outputs,
-                            plan_.sampler->codec(), plan_.kernel, plan_.info.finest.value - tier.base.value, plan_.info.tile_exponent);
+  const std::unique_ptr<pyramid::Cascade> made = pyramid::make_cascade(work_.plan_block(tier_index, index), plan_.shape(), tier.outputs,
+                                                                       plan_.sampler->codec(), plan_.kernel, plan_.info.tile_exponent);
   pyramid::Cascade& cascade = *made;
   Output output(*this, tier, cascade);
   content_.reset();
@@ -156,9 +155,7 @@ Result<void> BlockJob::run(std::size_t tier_index, std::int64_t index, const std
 Result<store::ContentHash> BlockJob::source_hash(std::int64_t index) {
   const InStage stage(clock_, Stage::kCheck);
   content_.reset();
-  VT_CHECK(for_each_chunk(work_.active(0, index), [&](const TexelRect& rect) {
-    return plan_.sampler->hash(from_corner_of(plan_.info.data, rect), chunk_, content_);
-  }));
+  VT_CHECK(for_each_chunk(work_.active(0, index), [&](const TexelRect& rect) { return chunk_.hash(plan_, rect, content_); }));
   return content_.digest();
 }
 
@@ -167,29 +164,27 @@ Result<void> BlockJob::feed_from_sources(pyramid::Cascade& cascade, Output& outp
   const TexelRect active = cascade.level(0).active;
   const TexelRect core = cascade.level(0).core;
   const channels::ChannelCodec& codec = plan_.sampler->codec();
-  const auto texel_bytes = static_cast<std::int64_t>(format_info(codec.parts().front().texel_format).block_bytes);
   const auto feed = [&](const TexelRect& rect) -> Result<void> {
     if (cancel != nullptr && cancel->load(std::memory_order_relaxed)) return fail(ErrorCode::kCancelled, "stopped");
     {
       const InStage stage(clock_, Stage::kRead);
-      VT_CHECK(plan_.sampler->load(from_corner_of(plan_.info.data, rect), chunk_, &content_));
+      VT_CHECK(chunk_.load(plan_, rect, &content_));
     }
     for (std::int64_t row = rect.y; row < rect.bottom(); ++row) {
       const channels::PlaneRow planes = cascade.begin_row();
       const Stage before = clock_.enter(Stage::kDecode);
-      const bool opaque = chunk_.decode_row(row - rect.y, planes);
-      codec.derive_row(active.width, planes);
+      const bool opaque = chunk_.decode_row(codec, row, planes);
       clock_.enter(before);
-      const std::byte* texels = chunk_.texel_row(row - rect.y);
+      const std::byte* texels = chunk_.texel_row(codec, row, core.x);
       const bool is_texels = texels != nullptr && row >= core.y && row < core.bottom();
       // Rows of planes come out one row late: the texels of this row follow what ending it sends on.
       if (is_texels) output.expect_base_texels(row);
       cascade.end_row(opaque, output);
       if (is_texels) {
-        const std::int64_t west = core.x - active.x;
         channels::ConstPlaneRow core_planes{};
-        for (int p = 0; p < codec.planes(); ++p) core_planes[static_cast<std::size_t>(p)] = planes[static_cast<std::size_t>(p)] + west;
-        output.base_texels(row, texels + west * texel_bytes, core_planes, opaque);
+        for (int p = 0; p < codec.planes(); ++p)
+          core_planes[static_cast<std::size_t>(p)] = planes[static_cast<std::size_t>(p)] + (core.x - active.x);
+        output.base_texels(row, texels, core_planes, opaque);
       }
     }
     VT_CHECK(cascade.status());
@@ -201,22 +196,18 @@ Result<void> BlockJob::feed_from_sources(pyramid::Cascade& cascade, Output& outp
   return for_each_chunk(active, feed);
 }
 
-// Where no source reaches there is no carry.
-Result<void> BlockJob::load_carry_band(std::size_t tier, std::int64_t tile_row, const TexelRect& active) {
+// The tiles of carry_columns_ in one row. Where no source reaches there is no carry.
+Result<void> BlockJob::load_carry_band(std::size_t tier, std::int64_t tile_row) {
   const InStage stage(clock_, Stage::kCarry);
   const Tier& here = work_.tiers()[tier];
   const Tier& finer = work_.tiers()[tier - 1];
-  const int exponent = plan_.info.tile_exponent;
-  const std::int64_t first = active.x >> exponent;
-  const std::int64_t last = (active.right() - 1) >> exponent;
-  carry_band_.resize(static_cast<std::size_t>(last - first + 1));
-  for (std::int64_t column = first; column <= last; ++column) {
-    std::vector<std::byte>& tile = carry_band_[static_cast<std::size_t>(column - first)];
-    const TileId id{here.base, static_cast<std::uint32_t>(column), static_cast<std::uint32_t>(tile_row)};
+  carry_band_.resize(carry_columns_.size());
+  for (std::size_t i = 0; i < carry_columns_.size(); ++i) {
+    const TileId id{here.base, static_cast<std::uint32_t>(carry_columns_[i]), static_cast<std::uint32_t>(tile_row)};
     if (!writer_.contains(ids_.carry, id) && !work_.is_touched(tier - 1, finer.block_of_carry(id))) {
-      tile.clear();
+      carry_band_[i].clear();
     } else {
-      VT_CHECK(writer_.read_blob(ids_.carry, id, tile));
+      VT_CHECK(writer_.read_blob(ids_.carry, id, carry_band_[i]));
     }
   }
   return {};
@@ -225,10 +216,11 @@ Result<void> BlockJob::load_carry_band(std::size_t tier, std::int64_t tile_row, 
 Result<void> BlockJob::feed_from_carry(std::size_t tier, pyramid::Cascade& cascade, Output& output, const std::atomic<bool>* cancel) {
   const TexelRect active = cascade.level(0).active;
   const int exponent = plan_.info.tile_exponent;
+  carry_columns_ = pyramid::carry_columns(cascade.level(0), exponent);
   for (std::int64_t row = active.y >> exponent; row <= (active.bottom() - 1) >> exponent; ++row) {
     if (cancel != nullptr && cancel->load(std::memory_order_relaxed)) return fail(ErrorCode::kCancelled, "stopped");
-    VT_CHECK(load_carry_band(tier, row, active));
-    VT_CHECK(cascade.feed_carry({.first_column = active.x >> exponent, .row = row, .tiles = carry_band_}, output));
+    VT_CHECK(load_carry_band(tier, row));
+    VT_CHECK(cascade.feed_carry({.row = row, .columns = carry_columns_, .tiles = carry_band_}, output));
     VT_CHECK(output.status());
   }
   return {};

@@ -14,6 +14,7 @@
 #include "builder/pipeline/layer_plan.h"
 #include "builder/pipeline/put_tile.h"
 #include "builder/pipeline/work_map.h"
+#include "builder/pipeline/wrapped_chunk.h"
 #include "builder/pyramid/cascade.h"
 #include "builder/resample/base_sampler.h"
 #include "store/store_writer.h"
@@ -51,7 +52,7 @@ class BlockJob {
   [[nodiscard]] Result<void> feed_from_sources(pyramid::Cascade& cascade, Output& output,
                                                const std::function<void(std::uint64_t)>& progress, const std::atomic<bool>* cancel);
   [[nodiscard]] Result<void> feed_from_carry(std::size_t tier, pyramid::Cascade& cascade, Output& output, const std::atomic<bool>* cancel);
-  [[nodiscard]] Result<void> load_carry_band(std::size_t tier, std::int64_t tile_row, const TexelRect& active);
+  [[nodiscard]] Result<void> load_carry_band(std::size_t tier, std::int64_t tile_row);
 
   const LayerPlan& plan_;
   const WorkMap& work_;
@@ -61,7 +62,8 @@ class BlockJob {
   store::ContentHasher content_;
   StageClock clock_;
   TileCounts counts_;
-  resample::BaseChunk chunk_;
+  WrappedChunk chunk_;
+  std::vector<std::int64_t> carry_columns_;         // of tiles
   std::vector<std::vector<std::byte>> carry_band_;  // tiles of one row
   std::vector<std::byte> blob_;
   std::vector<std::byte> compressed_;

@@ -10,6 +10,8 @@
 #include "builder/pipeline/surface_pass.h"
 #include "builder/pyramid/cascade.h"
 #include "builder/pyramid/class_counts.h"
+#include "builder/pyramid/halve_planes.h"
+#include "builder/pyramid/plane_rows.h"
 #include "builder/pyramid/reduce_rows.h"
 #include "store/codec.h"
 
@@ -36,8 +38,13 @@ std::vector<pyramid::BlockLevel> widest_block(const LayerPlan& plan, const Tier&
   std::vector<pyramid::BlockLevel> block =
       pyramid::plan_block({edge, edge, edge, edge}, {0, 0, 3 * edge, 3 * edge}, tier.outputs, tier.has_carry, plan.kernel);
   for (std::size_t k = 0; k < block.size(); ++k) {
-    const TexelRect data = coarser(tier.data, static_cast<int>(k));
-    for (TexelRect* rect : {&block[k].core, &block[k].active}) rect->width = std::min(rect->width, data.width);
+    pyramid::BlockLevel& level = block[k];
+    const std::int64_t data = coarser(tier.data, static_cast<int>(k)).width;
+    const std::int64_t apron = (level.active.width - level.core.width) / 2;
+    level.core.width = std::min(level.core.width, data);
+    level.active.width = std::min(level.active.width, plan.is_closed ? data + 2 * apron : data);
+    // Of a closed layer, with up to two texels of the coarsest level more: see WorkMap::seam_apron.
+    if (plan.is_closed) level.beyond.width = apron + 2 * (level.core.width >> plan.info.tile_exponent) + 2;
   }
   return block;
 }
@@ -56,7 +63,7 @@ std::size_t class_cascade_bytes(const LayerPlan& plan, const std::vector<pyramid
   const auto planes = static_cast<std::size_t>(plan.codec->planes());
   std::size_t bytes = 0;
   for (std::size_t k = 0; k < block.size(); ++k) {
-    const std::size_t width = static_cast<std::size_t>(block[k].active.width) + 2;
+    const std::size_t width = static_cast<std::size_t>(block[k].active.width + block[k].beyond.width) + 2;
     bytes += kRingRows * planes * width * sizeof(float);
     const int finer = std::max(0, depth + static_cast<int>(k) - 1);
     bytes += 2 * width * (sizeof(std::uint32_t) + 5 * classes_per_texel(finer) * sizeof(pyramid::ClassCount));
@@ -66,14 +73,19 @@ std::size_t class_cascade_bytes(const LayerPlan& plan, const std::vector<pyramid
 
 std::size_t cascade_bytes(const LayerPlan& plan, const std::vector<pyramid::BlockLevel>& block, int depth) {
   if (plan.codec->class_counting()) return class_cascade_bytes(plan, block, depth);
-  constexpr std::size_t kPad = 64;
-  const auto ring_rows = static_cast<std::size_t>(plan.kernel.taps + 4);
+  const auto stride = [](const pyramid::BlockLevel& level) {
+    constexpr std::int64_t kPads = 2 * pyramid::PlaneRows::kPad;
+    const std::int64_t beyond = level.beyond.width > 0 ? level.beyond.width + kPads : 0;
+    return static_cast<std::size_t>(level.active.width + kPads + beyond);
+  };
+  const auto rows = static_cast<std::size_t>(pyramid::PlaneHalver::rows_needed(plan.kernel)) + 1;  // and one without data
   const auto planes = static_cast<std::size_t>(plan.codec->planes());
   std::size_t floats = 0;
-  for (const pyramid::BlockLevel& level : block) floats += ring_rows * planes * (static_cast<std::size_t>(level.active.width) + kPad);
-  const std::size_t widest = static_cast<std::size_t>(block.front().active.width) + kPad;
-  // A row without data in all planes, and two more for the kernels.
-  return (floats + (planes + 2) * widest + pyramid::halve_scratch_floats(widest)) * sizeof(float);
+  for (const pyramid::BlockLevel& level : block) floats += rows * planes * stride(level);
+  const std::size_t widest = stride(block.front());
+  // A kernel of more than two taps adds up rows first, then goes along them.
+  if (plan.kernel.taps > 2) floats += planes * (widest + pyramid::halve_scratch_floats(widest / 2));
+  return (floats + widest) * sizeof(float);
 }
 
 // A row of tiles of every part of every level, the planes of the rows of each level that are measured, and of each part one tile on its way

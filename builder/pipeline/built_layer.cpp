@@ -23,6 +23,7 @@ Json values_of(const LayerPlan& plan, std::size_t part) {
   Json values = text::json_or_null(plan.part(part).metadata_json);
   values["components"] = plan.part(part).components;
   values["unit"] = plan.part(part).unit;  // also when it has none: the channel's own would be wrong then
+  if (plan.is_closed) values["periodic"] = "x";
   return values;
 }
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <numbers>
 #include <string>
 
 namespace vt::pipeline {
@@ -41,6 +42,20 @@ Result<Point2> step_of_gsd(const geo::Crs& crs, double gsd_m, const Bounds& boun
   }
   VT_ASSIGN(const Point2 metres, crs.metres_per_unit_at({(bounds.west + bounds.east) / 2, (bounds.south + bounds.north) / 2}));
   return Point2{gsd_m / metres.x, gsd_m / metres.y};
+}
+
+// The circle of longitudes in CRS units along x; nullopt where x does not come around.
+std::optional<double> period_in_x(const geo::CrsDefinition& crs) {
+  switch (crs.projection) {
+    case geo::Projection::kGeographic:
+      return 360.0;
+    case geo::Projection::kWebMercator:
+      return 2.0 * std::numbers::pi * crs.ellipsoid.semi_major_m / crs.metres_per_unit;
+    case geo::Projection::kPixel:
+    case geo::Projection::kTransverseMercator:
+      return std::nullopt;
+  }
+  return std::nullopt;
 }
 
 }  // namespace
@@ -123,6 +138,12 @@ Result<void> set_size(const Bounds& bounds, LayerInfo& info) {
   if (info.vt_exponent() > kMaxVtExponent)
     return fail(ErrorCode::kInvalidData, "the finest level needs more than 2^31 texels along an edge");
   return {};
+}
+
+bool closes_around_globe(const geo::Crs& crs, std::int64_t width, double step_x) {
+  constexpr double kTexels = 1e-3;
+  const std::optional<double> period = period_in_x(crs.definition());
+  return period && std::abs(static_cast<double>(width) - *period / step_x) <= kTexels;
 }
 
 }  // namespace vt::pipeline

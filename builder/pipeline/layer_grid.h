@@ -35,4 +35,7 @@ struct Bounds {
 // would be too large.
 [[nodiscard]] Result<void> set_size(const Bounds& bounds, LayerInfo& info);
 
+// Whether columns of `width` texels of `step_x` are the whole circle of longitudes, to a thousandth of a texel.
+[[nodiscard]] bool closes_around_globe(const geo::Crs& crs, std::int64_t width, double step_x);
+
 }  // namespace vt::pipeline

@@ -140,6 +140,16 @@ nlohmann::ordered_json part_in_settings(const channels::Part& part) {
   return json;
 }
 
+// The rules for what lies past the edges, as far as any tile of the layer depends on them. A rule that changes gets another name.
+nlohmann::ordered_json edge_rules_of(const LayerPlan& plan) {
+  const pyramid::LayerShape shape = plan.shape();
+  const int coarsest = plan.info.finest.value;
+  auto rules = nlohmann::ordered_json::array();
+  if (shape.is_closed) rules.push_back("around the globe");
+  if (coarsest > 0 && plan.kernel.taps > 2) rules.push_back("mirrored");
+  return rules;
+}
+
 nlohmann::ordered_json settings_of(const LayerPlan& plan, const std::vector<OpenSource>& sources) {
   const LayerRequest& request = plan.request;
   nlohmann::ordered_json settings;
@@ -155,6 +165,7 @@ nlohmann::ordered_json settings_of(const LayerPlan& plan, const std::vector<Open
   settings["crs"] = plan.crs.text();
   settings["grid"] = {plan.info.grid.origin_x, plan.info.grid.origin_y, plan.info.grid.step_x, plan.info.grid.step_y};
   settings["size"] = {plan.info.data.width, plan.info.data.height};
+  if (auto rules = edge_rules_of(plan); !rules.empty()) settings["edges"] = std::move(rules);
   if (request.range) settings["range"] = *request.range;
   if (plan.resampling != resample::Method::kBilinear) settings["resample"] = resample::method_name(plan.resampling);
   settings["sources"] = facts_of(sources);
@@ -196,6 +207,7 @@ Result<void> lay_out(const LayerRequest& request, const std::optional<DatasetFra
                      LayerPlan& plan) {
   VT_ASSIGN(plan.info.grid, choose_grid(request, plan.crs, first, bounds));
   VT_CHECK(set_size(bounds, plan.info));
+  plan.is_closed = closes_around_globe(plan.crs, plan.info.data.width, plan.info.grid.step_x);
   return check_frame(plan, frame);
 }
 
@@ -233,6 +245,7 @@ Result<void> plan_with_sources(const LayerRequest& request, const std::optional<
     plan.info.data = options.existing->data;
     plan.info.finest = options.existing->finest;
     plan.info.source_nodata = options.existing->source_nodata;
+    plan.is_closed = closes_around_globe(plan.crs, plan.info.data.width, plan.info.grid.step_x);
   } else {
     VT_CHECK(lay_out(request, frame, &sources.front(), all, plan));
   }

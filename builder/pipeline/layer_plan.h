@@ -13,6 +13,7 @@
 #include "builder/pipeline/source_load.h"
 #include "builder/pipeline/tiers.h"
 #include "builder/pyramid/halving_kernel.h"
+#include "builder/pyramid/layer_shape.h"
 #include "builder/resample/base_sampler.h"
 #include "store/codec.h"
 #include "store/layer.h"
@@ -31,6 +32,7 @@ struct LayerPlan {
   LayerInfo info;                // as it goes into the store: the layer itself, which is the first of its parts
   std::vector<LayerInfo> parts;  // all of them, see channels::Part; the same place and size, formats of their own
   geo::Crs crs;
+  bool is_closed = false;  // the data rectangle is the whole circle of longitudes: its columns go on from the last to the first
   pyramid::HalvingKernel kernel;
   resample::Method resampling = resample::Method::kBilinear;
   store::Compression compression;
@@ -44,6 +46,7 @@ struct LayerPlan {
 
   [[nodiscard]] const channels::Part& part(std::size_t i) const { return codec->parts()[i]; }
   [[nodiscard]] Area extent() const;  // of the data rectangle, CRS units
+  [[nodiscard]] pyramid::LayerShape shape() const { return {.data = info.data, .is_closed = is_closed}; }
 };
 
 struct PlanOptions {

@@ -112,8 +112,9 @@ PlannedTiles::PlannedTiles(const LayerPlan& plan, std::size_t part) : plan_(plan
 
 Result<void> PlannedTiles::make(TileId tile, PlannedTile& out) {
   const TexelRect block = rect_of(tile, plan_.info.tile_exponent);
-  const std::unique_ptr<pyramid::Cascade> cascade = pyramid::make_cascade(
-      pyramid::plan_block(block, plan_.info.data, 1, false, plan_.kernel), 1, *plan_.codec, plan_.kernel, 0, plan_.info.tile_exponent);
+  const std::unique_ptr<pyramid::Cascade> cascade =
+      pyramid::make_cascade(pyramid::plan_block(block, plan_.shape(), 0, 1, false, plan_.kernel), plan_.shape(), 1, *plan_.codec,
+                            plan_.kernel, plan_.info.tile_exponent);
   const TexelRect active = cascade->level(0).active;
   const TexelRect core = cascade->level(0).core;
   out.rect = core;
@@ -123,13 +124,12 @@ Result<void> PlannedTiles::make(TileId tile, PlannedTile& out) {
   Sink sink(plan_, part_, tile, core, out);
   for (std::int64_t y = active.y; y < active.bottom(); y += kChunkRows) {
     const TexelRect rows{active.x, y, active.width, std::min(kChunkRows, active.bottom() - y)};
-    VT_CHECK(plan_.sampler->load(from_corner_of(plan_.info.data, rows), chunk_));
+    VT_CHECK(chunk_.load(plan_, rows));
     for (std::int64_t row = 0; row < rows.height; ++row) {
       const channels::PlaneRow planes = cascade->begin_row();
-      const bool opaque = chunk_.decode_row(row, planes);
-      plan_.codec->derive_row(active.width, planes);
       const std::int64_t at = y + row;
-      const std::byte* texels = part_ == 0 && at >= core.y && at < core.bottom() ? chunk_.texel_row(row) : nullptr;
+      const bool opaque = chunk_.decode_row(*plan_.codec, at, planes);
+      const std::byte* texels = part_ == 0 && at >= core.y && at < core.bottom() ? chunk_.texel_row(*plan_.codec, at, core.x) : nullptr;
       // As in a build: bytes of the sources that are passed on keep what clear texels hold.
       if (texels != nullptr) sink.expect_texels(at);
       cascade->end_row(opaque, sink);
@@ -137,8 +137,7 @@ Result<void> PlannedTiles::make(TileId tile, PlannedTile& out) {
       const std::int64_t west = core.x - active.x;
       channels::ConstPlaneRow core_planes{};
       for (std::size_t p = 0; p < static_cast<std::size_t>(plan_.codec->planes()); ++p) core_planes[p] = planes[p] + west;
-      sink.texels(at, texels + west * static_cast<std::int64_t>(format_info(plan_.codec->parts().front().texel_format).block_bytes),
-                  core_planes, opaque);
+      sink.texels(at, texels, core_planes, opaque);
     }
   }
   VT_CHECK(cascade->status());

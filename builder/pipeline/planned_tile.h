@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "builder/pipeline/layer_plan.h"
-#include "builder/resample/base_sampler.h"
+#include "builder/pipeline/wrapped_chunk.h"
 #include "store/result.h"
 #include "store/tile_id.h"
 
@@ -37,7 +37,7 @@ class PlannedTiles {
   class Sink;
   const LayerPlan& plan_;
   std::size_t part_;
-  resample::BaseChunk chunk_;
+  WrappedChunk chunk_;
 };
 
 }  // namespace vt::pipeline

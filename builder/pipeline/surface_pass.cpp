@@ -24,22 +24,23 @@ class HeightRows {
   HeightRows(const store::StoreWriter& writer, const LayerInfo& layer, LayerId id, Level level)
       : writer_(writer), layer_(layer), id_(id), level_(level), most_kept_(tiles_kept(layer, level)) {}
 
-  // Heights x0 to x1 (inclusive, inside the data) of row y; NaN where there are none.
+  // Heights x0 to x1 (inclusive) of row y; NaN where there are none. Inside the data, but x may count on past the edges of a closed layer.
   [[nodiscard]] Result<void> read(std::int64_t y, std::int64_t x0, std::int64_t x1, std::vector<double>& out) {
     const std::int64_t edge = layer_.tile_texels();
     const ComponentRange& range = layer_.components[0];
     out.clear();
-    for (std::int64_t x = x0; x <= x1;) {
-      const std::int64_t column = x >> layer_.tile_exponent;
-      const std::int64_t end = std::min(x1 + 1, (column + 1) * edge);
-      VT_ASSIGN(const std::vector<float>* samples,
-                tile({level_, static_cast<std::uint32_t>(column), static_cast<std::uint32_t>(y >> layer_.tile_exponent)}));
-      for (; x < end; ++x) {
-        const float sample = samples->empty() ? kVoid : (*samples)[static_cast<std::size_t>((y & (edge - 1)) * edge + (x & (edge - 1)))];
-        const bool is_void = samples->empty() || (layer_.zero_is_nodata && sample == 0.0F);
-        out.push_back(is_void ? std::numeric_limits<double>::quiet_NaN() : range.offset + range.scale * static_cast<double>(sample));
+    for (const pyramid::WrappedPart& part : pyramid::wrapped_parts({x0, y, x1 - x0 + 1, 1}, layer_.data_rect(level_)))
+      for (std::int64_t x = part.rect.x; x < part.rect.right();) {
+        const std::int64_t column = x >> layer_.tile_exponent;
+        const std::int64_t end = std::min(part.rect.right(), (column + 1) * edge);
+        VT_ASSIGN(const std::vector<float>* samples,
+                  tile({level_, static_cast<std::uint32_t>(column), static_cast<std::uint32_t>(y >> layer_.tile_exponent)}));
+        for (; x < end; ++x) {
+          const float sample = samples->empty() ? kVoid : (*samples)[static_cast<std::size_t>((y & (edge - 1)) * edge + (x & (edge - 1)))];
+          const bool is_void = samples->empty() || (layer_.zero_is_nodata && sample == 0.0F);
+          out.push_back(is_void ? std::numeric_limits<double>::quiet_NaN() : range.offset + range.scale * static_cast<double>(sample));
+        }
       }
-    }
     return {};
   }
 
@@ -82,12 +83,28 @@ struct Place {
   double fraction;  // of the way from lower to upper
 };
 
-Place place_of(std::int64_t texel, int steps, bool is_point, std::int64_t first, std::int64_t last) {
+double texels_at(std::int64_t texel, int steps, bool is_point) {
   const double scale = std::ldexp(1.0, -steps);
-  const double at = is_point ? static_cast<double>(texel) * scale : (static_cast<double>(texel) + 0.5) * scale - 0.5;
+  return is_point ? static_cast<double>(texel) * scale : (static_cast<double>(texel) + 0.5) * scale - 0.5;
+}
+
+Place place_of(std::int64_t texel, int steps, bool is_point, std::int64_t first, std::int64_t last) {
+  const double at = texels_at(texel, steps, is_point);
   const double inside = std::clamp(at, static_cast<double>(first), static_cast<double>(last));
   const auto lower = static_cast<std::int64_t>(std::floor(inside));
   return {lower, std::min(lower + 1, last), inside - static_cast<double>(lower)};
+}
+
+// The same among the columns of a closed layer, of which there are `count`, the finest level's `width` texels around the globe. Columns
+// count on past the edges; from the last to the first it may be less than a texel.
+Place place_on_circle(std::int64_t texel, int steps, bool is_point, std::int64_t count, std::int64_t width) {
+  const double at = texels_at(texel, steps, is_point);
+  const auto last = static_cast<double>(count - 1);
+  const double gap = std::ldexp(static_cast<double>(width), -steps) - last;
+  if (at > last) return {count - 1, count, (at - last) / gap};
+  if (at >= 0.0) return {static_cast<std::int64_t>(at), static_cast<std::int64_t>(at) + 1, at - std::floor(at)};
+  if (at >= -gap) return {-1, 0, 1.0 + at / gap};
+  return {-2, -1, 1.0 + at + gap};
 }
 
 double between(double a, double b, double fraction) { return fraction == 0.0 ? a : a + fraction * (b - a); }
@@ -98,13 +115,17 @@ class LevelSurface {
   LevelSurface(const store::StoreWriter& writer, const LayerPlan& plan, LayerId id, int steps)
       : steps_(steps),
         is_point_(plan.kernel.is_point),
+        is_closed_(plan.is_closed),
+        width_(plan.info.data.width),
         data_(plan.info.data_rect(Level{static_cast<std::uint8_t>(plan.info.finest.value - steps)})),
         rows_(writer, plan.info, id, Level{static_cast<std::uint8_t>(plan.info.finest.value - steps)}) {}
 
   // `heights` of finest row y from column x on.
   [[nodiscard]] Result<void> compare(std::int64_t y, std::int64_t x, std::span<const double> heights, channels::ErrorSum& error) {
     const auto column = [&](std::size_t i) {
-      return place_of(x + static_cast<std::int64_t>(i), steps_, is_point_, data_.x, data_.right() - 1);
+      const std::int64_t texel = x + static_cast<std::int64_t>(i);
+      return is_closed_ ? place_on_circle(texel, steps_, is_point_, data_.width, width_)
+                        : place_of(texel, steps_, is_point_, data_.x, data_.right() - 1);
     };
     const Place row = place_of(y, steps_, is_point_, data_.y, data_.bottom() - 1);
     const std::int64_t first = column(0).lower;
@@ -125,6 +146,8 @@ class LevelSurface {
  private:
   int steps_;
   bool is_point_;
+  bool is_closed_;
+  std::int64_t width_;
   TexelRect data_;
   HeightRows rows_;
   std::vector<double> lower_;

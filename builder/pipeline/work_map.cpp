@@ -2,8 +2,6 @@
 
 #include <algorithm>
 
-#include "builder/pyramid/cascade.h"
-
 namespace vt::pipeline {
 namespace {
 
@@ -26,15 +24,40 @@ WorkMap::WorkMap(const LayerPlan& plan, int block_levels) : plan_(plan), tiers_(
   }
 }
 
+// At least as many texels of a tier's base as its blocks see past the seam of a closed layer. A column past the edge lies between two and
+// widths may be odd, so each level asks for up to two more than its apron, and the next finer one for twice as many: for less than two
+// texels of the level above the tier.
+std::int64_t WorkMap::seam_apron(std::size_t tier) const {
+  return aprons_[tier] + 2 * (tiers_[tier].block_texels >> plan_.info.tile_exponent) + 2;
+}
+
+std::vector<pyramid::BlockLevel> WorkMap::plan_block(std::size_t tier, std::int64_t index) const {
+  const Tier& t = tiers_[tier];
+  return pyramid::plan_block(t.block(index), plan_.shape(), plan_.info.finest.value - t.base.value, t.outputs, t.has_carry, plan_.kernel);
+}
+
 TexelRect WorkMap::active(std::size_t tier, std::int64_t index) const {
+  if (plan_.is_closed) return plan_block(tier, index).front().active;
   return intersect(grown(tiers_[tier].block(index), aprons_[tier]), tiers_[tier].data);
 }
 
+// All texels of the finest level on which the block may depend.
+std::vector<TexelRect> WorkMap::seen(std::size_t tier, std::int64_t index) const {
+  const Tier& t = tiers_[tier];
+  const int steps = plan_.info.finest.value - t.base.value;
+  if (!plan_.is_closed) return {intersect(finer(active(tier, index), steps), plan_.info.data)};
+  TexelRect base = grown(intersect(t.block(index), t.data), seam_apron(tier));
+  base = intersect(base, {base.x, t.data.y, base.width, t.data.height});
+  TexelRect finest = finer(base, steps);
+  finest = intersect(finest, {finest.x, plan_.info.data.y, finest.width, plan_.info.data.height});
+  std::vector<TexelRect> parts;
+  for (const pyramid::WrappedPart& part : pyramid::wrapped_parts(finest, plan_.info.data)) parts.push_back(part.rect);
+  return parts;
+}
+
 bool WorkMap::is_touched(std::size_t tier, std::int64_t index) const {
-  const int steps = plan_.info.finest.value - tiers_[tier].base.value;
-  const TexelRect base = active(tier, index);
-  const TexelRect finest = intersect(finer(base, steps), plan_.info.data);
-  return plan_.sampler->touches(from_corner_of(plan_.info.data, finest));
+  return std::ranges::any_of(seen(tier, index),
+                             [&](const TexelRect& rect) { return plan_.sampler->touches(from_corner_of(plan_.info.data, rect)); });
 }
 
 std::vector<std::int64_t> WorkMap::touched(std::size_t tier) const {
@@ -68,9 +91,22 @@ std::vector<std::int64_t> WorkMap::dependents(std::size_t tier, std::int64_t ind
   const Tier& next = tiers_[tier + 1];
   // The block's carry is one tile of the next tier's base level.
   const TexelRect carry = rect_of(tiers_[tier].carry_tile(index), plan_.info.tile_exponent);
-  const TexelRect blocks = blocks_over(next, grown(carry, aprons_[tier + 1]));
-  for (std::int64_t row = blocks.y; row < blocks.bottom(); ++row)
-    for (std::int64_t column = blocks.x; column < blocks.right(); ++column) found.push_back(next.index_of(column, row));
+  const auto add = [&](const TexelRect& readers) {
+    const TexelRect blocks = blocks_over(next, readers);
+    for (std::int64_t row = blocks.y; row < blocks.bottom(); ++row)
+      for (std::int64_t column = blocks.x; column < blocks.right(); ++column) found.push_back(next.index_of(column, row));
+  };
+  if (!plan_.is_closed) {
+    add(grown(carry, aprons_[tier + 1]));
+    return found;
+  }
+  // Also from across the seam.
+  const TexelRect seen = grown(intersect(carry, next.data), seam_apron(tier + 1));
+  for (const std::int64_t turn : {-next.data.width, std::int64_t{0}, next.data.width})
+    add({seen.x + turn, seen.y, seen.width, seen.height});
+  std::ranges::sort(found);
+  const auto repeated = std::ranges::unique(found);
+  found.erase(repeated.begin(), repeated.end());
   return found;
 }
 

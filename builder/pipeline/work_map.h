@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "builder/pipeline/layer_plan.h"
+#include "builder/pyramid/cascade.h"
 
 namespace vt::pipeline {
 
@@ -15,7 +16,9 @@ class WorkMap {
   WorkMap(const LayerPlan& plan, int block_levels);
 
   [[nodiscard]] const std::vector<Tier>& tiers() const { return tiers_; }
-  // The block's texels and its apron, on the tier's base level, inside the data.
+  // The block's levels, as it filters them.
+  [[nodiscard]] std::vector<pyramid::BlockLevel> plan_block(std::size_t tier, std::int64_t index) const;
+  // The block's texels and its apron, on the tier's base level: inside the data, but columns of a closed layer may count on past the edges.
   [[nodiscard]] TexelRect active(std::size_t tier, std::int64_t index) const;
   // Some source may have data under the block or its apron. Blocks that are not touched have no tiles and no carry.
   [[nodiscard]] bool is_touched(std::size_t tier, std::int64_t index) const;
@@ -27,6 +30,8 @@ class WorkMap {
   [[nodiscard]] std::uint64_t core_texels(std::size_t tier, std::int64_t index) const;
 
  private:
+  [[nodiscard]] std::int64_t seam_apron(std::size_t tier) const;
+  [[nodiscard]] std::vector<TexelRect> seen(std::size_t tier, std::int64_t index) const;
   void collect(std::size_t tier, const TexelRect& blocks, std::size_t wanted, std::vector<std::int64_t>& out) const;
 
   const LayerPlan& plan_;

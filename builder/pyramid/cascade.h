@@ -14,6 +14,7 @@
 
 #include "builder/channels/channel_codec.h"
 #include "builder/pyramid/halving_kernel.h"
+#include "builder/pyramid/layer_shape.h"
 #include "store/result.h"
 #include "store/tile_id.h"
 
@@ -22,14 +23,21 @@ namespace vt::pyramid {
 // What one block must have of each of its levels; index 0 is the block's base.
 struct BlockLevel {
   TexelRect core;    // texels the block is responsible for, inside the data
-  TexelRect active;  // core and apron, inside the data: what is computed
+  TexelRect active;  // core and apron: what is computed. Inside the data, but columns of a level that wraps count on past its edges
+  TexelRect beyond;  // of a closed level that does not wrap: what the ends of `active` see of the other side of the seam; may be empty
   TexelRect data;    // the data rectangle of the level
+  int depth = 0;     // levels above the layer's finest
 };
 
-// `core` is the block on its base level (before clipping), `data` the base level's data rectangle; `outputs` levels are wanted, the base
-// included, and one more as carry when `with_carry`.
-[[nodiscard]] std::vector<BlockLevel> plan_block(const TexelRect& core, const TexelRect& data, int outputs, bool with_carry,
+// `core` is the block on its base level (before clipping), which lies `depth` levels above the finest of `layer`; `outputs` levels are
+// wanted, the base included, and one more as carry when `with_carry`.
+[[nodiscard]] std::vector<BlockLevel> plan_block(const TexelRect& core, const LayerShape& layer, int depth, int outputs, bool with_carry,
                                                  const HalvingKernel& kernel);
+// Of a layer that ends at the edges of `data`, whose finest level is the base.
+[[nodiscard]] inline std::vector<BlockLevel> plan_block(const TexelRect& core, const TexelRect& data, int outputs, bool with_carry,
+                                                        const HalvingKernel& kernel) {
+  return plan_block(core, {.data = data}, 0, outputs, with_carry, kernel);
+}
 
 class RowSink {
  public:
@@ -38,12 +46,15 @@ class RowSink {
   virtual void row(int k, std::int64_t y, const channels::RowNeighbourhood& rows) = 0;
 };
 
-// A row of tiles of carry that lie side by side, as carry_bytes() gave them.
+// Tiles of carry of one row of tiles, as carry_bytes() gave them.
 struct CarryTiles {
-  std::int64_t first_column = 0;                  // of tiles
   std::int64_t row = 0;                           // of tiles
-  std::span<const std::vector<std::byte>> tiles;  // empty bytes: there is no carry, because there are no data
+  std::span<const std::int64_t> columns;          // of tiles, those of carry_columns()
+  std::span<const std::vector<std::byte>> tiles;  // one for each column; empty bytes: there is no carry, because there are no data
 };
+
+// The columns of tiles that a block whose base is carry has to be fed with, ascending.
+[[nodiscard]] std::vector<std::int64_t> carry_columns(const BlockLevel& base, int tile_exponent);
 
 class Cascade {
  public:
@@ -56,11 +67,13 @@ class Cascade {
   [[nodiscard]] int outputs() const { return outputs_; }
   [[nodiscard]] bool has_carry() const { return outputs_ < level_count(); }
 
-  // Where to write the next base row, in all planes of the codec: level(0).active.width texels, row after row from active.y.
+  // Where to write the next base row, in all planes of the codec: level(0).active.width texels, row after row from active.y. Not of a base
+  // that has a part beyond the seam, which comes as carry.
   [[nodiscard]] virtual channels::PlaneRow begin_row() = 0;
   // The row is written; `opaque`: all its weights are exactly 1. Passes on every row that can now be finished.
   virtual void end_row(bool opaque, RowSink& sink) = 0;
-  // An error when a row that was written cannot be part of the layer. The cascade goes on without its data, so asking now and then is enough.
+  // An error when a row that was written cannot be part of the layer. The cascade goes on without its data, so asking now and then is
+  // enough.
   [[nodiscard]] virtual Result<void> status() const { return {}; }
 
   // Instead of rows, of a tier that goes on from carry: all rows of the active rectangle in one row of tiles. kCorrupt: bytes that are no

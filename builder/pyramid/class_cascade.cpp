@@ -14,9 +14,10 @@ namespace vt::pyramid {
 using channels::ConstPlaneRow;
 using channels::PlaneRow;
 
-ClassCascade::ClassCascade(std::vector<BlockLevel> levels, int outputs, const channels::ClassCounting& classes, int depth,
+ClassCascade::ClassCascade(std::vector<BlockLevel> levels, const LayerShape& layer, int outputs, const channels::ClassCounting& classes,
                            int tile_exponent)
     : Cascade(std::move(levels), outputs),
+      layer_(layer),
       classes_(classes),
       planes_(channels::class_planes(classes.ranked)),
       tile_exponent_(tile_exponent) {
@@ -25,12 +26,12 @@ ClassCascade::ClassCascade(std::vector<BlockLevel> levels, int outputs, const ch
   for (int k = 0; k < level_count(); ++k) {
     LevelState state;
     state.plan = level(k);
-    state.texel_area = std::uint64_t{1} << (2 * (depth + k));
+    state.texel_area = std::uint64_t{1} << (2 * state.plan.depth);
     state.stride = state.plan.active.width + 2 * kPad;
     state.next_row = state.plan.active.y;
     state.next_emitted = state.plan.core.y;
     if (k < outputs) state.ring.assign(static_cast<std::size_t>(kRingRows * planes_ * state.stride), 0.0F);
-    widest = std::max(widest, state.stride);
+    widest = std::max({widest, state.stride, state.plan.beyond.width});
     state_.push_back(std::move(state));
   }
   nothing_.assign(static_cast<std::size_t>(widest), 0.0F);
@@ -51,17 +52,12 @@ PlaneRow ClassCascade::row_at(LevelState& level, std::int64_t y) {
 
 ConstPlaneRow ClassCascade::row_or_nothing(LevelState& level, std::int64_t y, std::int64_t x) {
   const TexelRect& active = level.plan.active;
-  const bool is_there = y >= active.y && y < active.bottom();
+  const bool is_there = has_row(level, y);
   const PlaneRow there = is_there ? row_at(level, y) : PlaneRow{};
   ConstPlaneRow row{};
   for (std::size_t p = 0; p < static_cast<std::size_t>(planes_); ++p)
     row[p] = (is_there ? there[p] : nothing_.data() + kPad) + (x - active.x);
   return row;
-}
-
-const CountRow& ClassCascade::counts_or_nothing(const LevelState& level, std::int64_t y) const {
-  const TexelRect& active = level.plan.active;
-  return y < active.y || y >= active.bottom() ? no_counts_ : level.counts[static_cast<std::size_t>(y & 1)];
 }
 
 PlaneRow ClassCascade::begin_row() {
@@ -135,20 +131,14 @@ void ClassCascade::make_coarser_rows(int k, RowSink& sink) {
   if (k + 1 == level_count()) return;
   LevelState& fine = state_[static_cast<std::size_t>(k)];
   LevelState& coarse = state_[static_cast<std::size_t>(k) + 1];
-  const TexelRect& active = coarse.plan.active;
+  const BlockLevel& plan = coarse.plan;
   const bool fine_done = fine.next_row == fine.plan.active.bottom();
-  while (coarse.next_row < active.bottom() && (fine_done || 2 * coarse.next_row + 1 < fine.next_row)) {
+  while (coarse.next_row < plan.active.bottom() && (fine_done || 2 * coarse.next_row + 1 < fine.next_row)) {
     const std::int64_t y = coarse.next_row;
     CountRow& counts = coarse.counts[static_cast<std::size_t>(y & 1)];
-    const std::int64_t start = 2 * active.x - fine.plan.active.x;  // fine index under the first coarse texel; may be -1
-    if (k > 0 || base_has_counts_) {
-      add_counts(counts_or_nothing(fine, 2 * y), counts_or_nothing(fine, 2 * y + 1), start, active.width, counts);
-    } else {
-      const ConstPlaneRow upper = row_or_nothing(fine, 2 * y, fine.plan.active.x);
-      const ConstPlaneRow lower = row_or_nothing(fine, 2 * y + 1, fine.plan.active.x);
-      count_classes({upper[0], upper[channels::kClassWeightPlane]}, {lower[0], lower[channels::kClassWeightPlane]}, start, active.width,
-                    counts);
-    }
+    count_columns(k, y, plan.active, false, counts);
+    if (!plan.beyond.empty()) count_columns(k, y, plan.beyond, true, coarse.beyond[static_cast<std::size_t>(y & 1)]);
+    close_row(coarse, y);
     if (k + 1 == outputs()) {
       keep_carry_row(y, counts);
       ++coarse.next_row;
@@ -156,6 +146,46 @@ void ClassCascade::make_coarser_rows(int k, RowSink& sink) {
       row_is_written(k + 1, rank_classes(counts, coarse.texel_area, classes_.ranked, row_at(coarse, y)), sink);
     }
   }
+}
+
+// Columns of row `y` of level k + 1; `is_beyond`: those beyond the seam.
+void ClassCascade::count_columns(int k, std::int64_t y, const TexelRect& columns, bool is_beyond, CountRow& out) {
+  LevelState& fine = state_[static_cast<std::size_t>(k)];
+  const BlockLevel& plan = fine.plan;
+  const bool from_beyond = is_beyond && !plan.beyond.empty();
+  // Of a level that wraps, the other end follows on the active columns.
+  const std::int64_t turn = is_beyond && layer_.wraps_at(plan.depth) ? plan.data.width : 0;
+  const std::int64_t column = columns.x == 0 ? turn : 2 * columns.x - turn;
+  const std::int64_t start = column - (from_beyond ? plan.beyond.x : plan.active.x);  // may be -1
+  if (k > 0 || base_has_counts_) {
+    const auto row = [&](std::int64_t v) -> const CountRow& {
+      if (!has_row(fine, v)) return no_counts_;
+      return (from_beyond ? fine.beyond : fine.counts)[static_cast<std::size_t>(v & 1)];
+    };
+    add_counts(row(2 * y), row(2 * y + 1), start, columns.width, out);
+  } else {
+    const ConstPlaneRow upper = row_or_nothing(fine, 2 * y, plan.active.x);
+    const ConstPlaneRow lower = row_or_nothing(fine, 2 * y + 1, plan.active.x);
+    count_classes({upper[0], upper[channels::kClassWeightPlane]}, {lower[0], lower[channels::kClassWeightPlane]}, start, columns.width,
+                  out);
+  }
+}
+
+// The columns of a closed level that does not wrap go on between two texels: classes are not mixed, so the nearer one follows.
+void ClassCascade::close_row(LevelState& level, std::int64_t y) {
+  const BlockLevel& plan = level.plan;
+  if (!layer_.is_closed || layer_.wraps_at(plan.depth) || plan.active.right() != plan.data.width) return;
+  CountRow& counts = level.counts[static_cast<std::size_t>(y & 1)];
+  const CountRow& beyond = level.beyond[static_cast<std::size_t>(y & 1)];
+  const SeamColumn seen = layer_.column_past_edge(plan.depth, plan.data.width);
+  const std::int64_t column = seen.share <= 0.5F ? seen.first : seen.second;
+  std::span<const ClassCount> found;
+  if (column >= plan.active.x && column < plan.active.right())
+    found = counts.texel(column - plan.active.x);
+  else if (column >= plan.beyond.x && column < plan.beyond.right())
+    found = beyond.texel(column - plan.beyond.x);
+  const std::vector<ClassCount> classes(found.begin(), found.end());
+  counts.put_past_end(classes);
 }
 
 void ClassCascade::keep_carry_row(std::int64_t y, const CountRow& row) {
@@ -183,26 +213,37 @@ Result<void> ClassCascade::feed_carry(const CarryTiles& carry, RowSink& sink) {
   const TexelRect& active = base.plan.active;
   std::vector<CountReader> readers;
   for (const std::vector<std::byte>& tile : carry.tiles) readers.emplace_back(tile, classes_, base.texel_area);
+  std::vector<CountRow> tile_rows(readers.size());
   std::vector<ClassCount> texel;
+  const auto copy = [&](const TexelRect& columns, CountRow& out) {
+    out.begin(0);
+    for (const WrappedPart& part : wrapped_parts(columns, base.plan.data))
+      for (std::int64_t x = part.rect.x; x < part.rect.right(); ++x) {
+        const auto tile = std::lower_bound(carry.columns.begin(), carry.columns.end(), x >> tile_exponent_) - carry.columns.begin();
+        out.append(tile_rows[static_cast<std::size_t>(tile)].texel(x & (edge - 1)));
+        out.end_texel();
+      }
+    out.finish();
+  };
   for (std::int64_t y = carry.row * edge; y < (carry.row + 1) * edge; ++y) {
-    const bool is_active = y >= active.y && y < active.bottom();
-    CountRow& counts = base.counts[static_cast<std::size_t>(y & 1)];
-    if (is_active) counts.begin(0);
     for (std::size_t i = 0; i < readers.size(); ++i) {
-      const std::int64_t tile_x = (carry.first_column + static_cast<std::int64_t>(i)) * edge;
-      for (std::int64_t x = tile_x; x < tile_x + edge; ++x) {
+      tile_rows[i].begin(0);
+      for (std::int64_t x = 0; x < edge; ++x) {
         if (carry.tiles[i].empty()) {
           texel.clear();
         } else {
           VT_CHECK(readers[i].read(texel));
         }
-        if (!is_active || x < active.x || x >= active.right()) continue;
-        counts.append(texel);
-        counts.end_texel();
+        tile_rows[i].append(texel);
+        tile_rows[i].end_texel();
       }
+      tile_rows[i].finish();
     }
-    if (!is_active) continue;
-    counts.finish();
+    if (y < active.y || y >= active.bottom()) continue;
+    CountRow& counts = base.counts[static_cast<std::size_t>(y & 1)];
+    copy(active, counts);
+    if (!base.plan.beyond.empty()) copy(base.plan.beyond, base.beyond[static_cast<std::size_t>(y & 1)]);
+    close_row(base, y);
     row_is_written(0, rank_classes(counts, base.texel_area, classes_.ranked, row_at(base, y)), sink);
   }
   for (const CountReader& reader : readers)

@@ -14,9 +14,10 @@ namespace vt::pyramid {
 
 class ClassCascade final : public Cascade {
  public:
-  // levels[0].active is not empty; it lies `depth` levels above the layer's finest. Tiles of carry are 2^tile_exponent texels a side. The
-  // planes are those of channels/class_planes.h.
-  ClassCascade(std::vector<BlockLevel> levels, int outputs, const channels::ClassCounting& classes, int depth, int tile_exponent);
+  // levels[0].active is not empty; they are levels of `layer`. Tiles of carry are 2^tile_exponent texels a side. The planes are those of
+  // channels/class_planes.h.
+  ClassCascade(std::vector<BlockLevel> levels, const LayerShape& layer, int outputs, const channels::ClassCounting& classes,
+               int tile_exponent);
 
   [[nodiscard]] channels::PlaneRow begin_row() override;
   void end_row(bool opaque, RowSink& sink) override;
@@ -37,18 +38,25 @@ class ClassCascade final : public Cascade {
     std::int64_t next_emitted = 0;  // the row that is passed on next
     std::vector<float> ring;        // none of the level that is carry
     std::array<bool, kRingRows> opaque{};
-    std::array<CountRow, 2> counts;  // of the last even and the last odd row; not of a base that comes from sources
+    // Of the last even and the last odd row; not of a base that comes from sources.
+    std::array<CountRow, 2> counts;
+    std::array<CountRow, 2> beyond;  // likewise of the columns beyond the seam
   };
 
   [[nodiscard]] channels::PlaneRow row_at(LevelState& level, std::int64_t y);
   [[nodiscard]] channels::ConstPlaneRow row_or_nothing(LevelState& level, std::int64_t y, std::int64_t x);
-  [[nodiscard]] const CountRow& counts_or_nothing(const LevelState& level, std::int64_t y) const;
+  [[nodiscard]] static bool has_row(const LevelState& level, std::int64_t y) {
+    return y >= level.plan.active.y && y < level.plan.active.bottom();
+  }
+  void count_columns(int k, std::int64_t y, const TexelRect& columns, bool is_beyond, CountRow& out);
+  void close_row(LevelState& level, std::int64_t y);
   void check_classes(const channels::PlaneRow& row, std::int64_t y, bool& opaque);
   void row_is_written(int k, bool opaque, RowSink& sink);
   void emit_rows(int k, RowSink& sink);
   void make_coarser_rows(int k, RowSink& sink);
   void keep_carry_row(std::int64_t y, const CountRow& row);
 
+  LayerShape layer_;
   channels::ClassCounting classes_;
   int planes_;
   int tile_exponent_;

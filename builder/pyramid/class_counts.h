@@ -23,8 +23,8 @@ inline constexpr ClassCount kAreaMask = (ClassCount{1} << kAreaBits) - 1;
 [[nodiscard]] constexpr std::uint32_t class_of(ClassCount count) { return static_cast<std::uint32_t>(count >> kAreaBits); }
 [[nodiscard]] constexpr std::uint64_t area_of(ClassCount count) { return count & kAreaMask; }
 
-// A row of texels, each with its classes in ascending order; none without data. One texel without data lies on either side, for pairs that
-// reach over the edge.
+// A row of texels, each with its classes in ascending order; none without data. One texel more lies on either side, for pairs that reach
+// over the edge: without data, unless put_past_end() says otherwise.
 class CountRow {
  public:
   CountRow() { begin(0); }
@@ -38,6 +38,11 @@ class CountRow {
   void add(ClassCount count) { entries_[used_++] = count; }
   void end_texel() { ends_.push_back(static_cast<std::uint32_t>(used_)); }
   void finish() { end_texel(); }
+  // Of a finished row: what its east end is followed by. `classes` are not this row's own entries.
+  void put_past_end(std::span<const ClassCount> classes) {
+    append(classes);
+    ends_.back() = static_cast<std::uint32_t>(used_);
+  }
 
   // Where the next entries go, for callers that write several at once and then say how many.
   [[nodiscard]] ClassCount* next() { return entries_.data() + used_; }

@@ -5,11 +5,12 @@
 
 namespace vt::pyramid {
 
-std::unique_ptr<Cascade> make_cascade(std::vector<BlockLevel> levels, int outputs, const channels::ChannelCodec& codec,
-                                      const HalvingKernel& kernel, int depth, int tile_exponent) {
+std::unique_ptr<Cascade> make_cascade(std::vector<BlockLevel> levels, const LayerShape& layer, int outputs,
+                                      const channels::ChannelCodec& codec, const HalvingKernel& kernel, int tile_exponent) {
   if (codec.class_counting())
-    return std::make_unique<ClassCascade>(std::move(levels), outputs, *codec.class_counting(), depth, tile_exponent);
-  return std::make_unique<PlaneCascade>(std::move(levels), outputs, codec.rules(), codec.weight_plane(), kernel, tile_exponent);
+    return std::make_unique<ClassCascade>(std::move(levels), layer, outputs, *codec.class_counting(), tile_exponent);
+  const PlaneMeaning planes{codec.rules(), codec.weight_plane()};
+  return std::make_unique<PlaneCascade>(std::move(levels), layer, outputs, planes, kernel, tile_exponent);
 }
 
 }  // namespace vt::pyramid

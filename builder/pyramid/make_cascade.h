@@ -8,9 +8,9 @@
 
 namespace vt::pyramid {
 
-// Levels as from plan_block(); levels[0].active is not empty and lies `depth` levels above the layer's finest. Tiles of carry are
-// 2^tile_exponent texels a side. The codec is used during the call only.
-[[nodiscard]] std::unique_ptr<Cascade> make_cascade(std::vector<BlockLevel> levels, int outputs, const channels::ChannelCodec& codec,
-                                                    const HalvingKernel& kernel, int depth, int tile_exponent);
+// Levels as from plan_block(), of `layer`; levels[0].active is not empty. Tiles of carry are 2^tile_exponent texels a side. The codec is
+// used during the call only.
+[[nodiscard]] std::unique_ptr<Cascade> make_cascade(std::vector<BlockLevel> levels, const LayerShape& layer, int outputs,
+                                                    const channels::ChannelCodec& codec, const HalvingKernel& kernel, int tile_exponent);
 
 }  // namespace vt::pyramid

@@ -1,5 +1,9 @@
 #include "builder/pyramid/reduce_rows.h"
 
+#include <algorithm>
+
+#include "builder/channels/channel_codec.h"
+
 // Highway compiles this file once for each CPU target and chooses at run time.
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "builder/pyramid/reduce_rows.cpp"
@@ -31,17 +35,21 @@ void combine(const float* const* rows, const HalvingKernel& kernel, std::size_t 
   for (; i < count; ++i) hn::StoreU(weighted_pairs<kTaps>(one, kernel, [&](int t) { return hn::LoadU(one, rows[t] + i); }), one, out + i);
 }
 
-// De-interleaves first, so that every tap is a plain load: fine texel 2i + o is even[i + o/2] or odd[i + (o-1)/2].
-template <int kTaps>
-void halve(const float* row, const HalvingKernel& kernel, std::size_t count, float* scratch, float* out) {
-  constexpr int kReach = kTaps / 2 - 1;
-  constexpr std::size_t kMargin = (kReach + 1) / 2;  // coarse positions beyond each end that the taps touch
+// Fine texel 2 i + o of a row is even[i + o / 2] or odd[i + (o - 1) / 2]; both can be read `margin` texels before and after the `count`.
+struct SplitRow {
+  const float* even;
+  const float* odd;
+
+  [[nodiscard]] const float* at_offset(int o) const { return (o & 1) != 0 ? odd + (o - 1) / 2 : even + o / 2; }  // exact: an even numerator
+};
+
+SplitRow split_row(const float* row, std::size_t margin, std::size_t count, float* scratch) {
   const hn::ScalableTag<float> d;
   const std::size_t lanes = hn::Lanes(d);
-  const std::size_t pairs = count + 2 * kMargin;
+  const std::size_t pairs = count + 2 * margin;
   float* const even = scratch;
   float* const odd = scratch + pairs + 16;
-  const float* const first = row - 2 * kMargin;
+  const float* const first = row - 2 * margin;
   std::size_t p = 0;
   for (; p + lanes <= pairs; p += lanes) {
     hn::Vec<decltype(d)> e;
@@ -54,17 +62,107 @@ void halve(const float* row, const HalvingKernel& kernel, std::size_t count, flo
     even[p] = first[2 * p];
     odd[p] = first[2 * p + 1];
   }
+  return {even + margin, odd + margin};
+}
 
-  // Tap t lies at offset t - kReach from fine texel 2i.
-  const auto source = [&](int t) -> const float* {
-    const int offset = t - kReach;
-    const bool is_odd = (offset & 1) != 0;
-    const int coarse = is_odd ? (offset - 1) / 2 : offset / 2;  // exact: the numerator is even
-    return (is_odd ? odd : even) + static_cast<std::ptrdiff_t>(kMargin) + coarse;
-  };
+// De-interleaves first, so that every tap is a plain load.
+template <int kTaps>
+void halve(const float* row, const HalvingKernel& kernel, std::size_t count, float* scratch, float* out) {
+  constexpr int kReach = kTaps / 2 - 1;
+  const SplitRow split = split_row(row, (kReach + 1) / 2, count, scratch);
   const float* taps[kTaps];
-  for (int t = 0; t < kTaps; ++t) taps[t] = source(t);
+  for (int t = 0; t < kTaps; ++t) taps[t] = split.at_offset(t - kReach);
   combine<kTaps>(taps, kernel, count, out);
+}
+
+// One vector of texels of which some are not all there.
+template <int kTaps, class D>
+HWY_INLINE void combine_partial_at(D d, const float* const* weights, std::span<const float* const* const> planes,
+                                   const HalvingKernel& kernel, std::size_t i, float* const* out) {
+  using V = hn::Vec<D>;
+  constexpr int kFirst = kTaps / 2 - 1;
+  constexpr int kSecond = kTaps / 2;
+  const V zero = hn::Zero(d);
+  const V one = hn::Set(d, 1.0F);
+  V least = hn::LoadU(d, weights[0] + i);
+  for (int t = 1; t < kTaps; ++t) least = hn::Min(least, hn::LoadU(d, weights[t] + i));
+  const auto is_whole = hn::Eq(least, one);
+  if (hn::AllTrue(d, is_whole)) return;
+
+  const V first = hn::LoadU(d, weights[kFirst] + i);
+  const V second = hn::LoadU(d, weights[kSecond] + i);
+  V of_first = hn::Set(d, 0.5F);
+  V of_second = of_first;
+  HWY_ALIGN float factors[kTaps * hn::MaxLanes(d)];
+  const auto factor = [&](int t) { return factors + static_cast<std::size_t>(t) * hn::MaxLanes(d); };
+  const auto share = [&](V part, V whole) HWY_ATTR { return hn::IfThenElseZero(hn::Gt(whole, zero), hn::Div(part, whole)); };
+  for (int t = 0; t < kTaps; ++t) {
+    if (t == kFirst || t == kSecond) continue;
+    const bool is_odd = ((t - kFirst) & 1) != 0;
+    const V here = hn::LoadU(d, weights[t] + i);
+    const V partner = is_odd ? first : second;
+    const V both = hn::Min(here, partner);
+    const V weight = hn::Set(d, kernel.weight[static_cast<std::size_t>(t)]);
+    hn::Store(hn::Mul(weight, share(both, here)), d, factor(t));
+    const V given = hn::Mul(weight, share(both, partner));
+    if (is_odd)
+      of_first = hn::Sub(of_first, given);
+    else
+      of_second = hn::Sub(of_second, given);
+  }
+  for (std::size_t p = 0; p < planes.size(); ++p) {
+    const float* const* const rows = planes[p];
+    V sum = hn::Add(hn::Mul(of_first, hn::LoadU(d, rows[kFirst] + i)), hn::Mul(of_second, hn::LoadU(d, rows[kSecond] + i)));
+    for (int t = 0; t < kTaps; ++t)
+      if (t != kFirst && t != kSecond) sum = hn::Add(sum, hn::Mul(hn::Load(d, factor(t)), hn::LoadU(d, rows[t] + i)));
+    hn::StoreU(hn::IfThenElse(is_whole, hn::LoadU(d, out[p] + i), sum), d, out[p] + i);
+  }
+}
+
+template <int kTaps>
+void combine_partial(const float* const* weights, std::span<const float* const* const> planes, const HalvingKernel& kernel,
+                     std::size_t count, float* const* out) {
+  const hn::ScalableTag<float> d;
+  const std::size_t lanes = hn::Lanes(d);
+  std::size_t i = 0;
+  for (; i + lanes <= count; i += lanes) combine_partial_at<kTaps>(d, weights, planes, kernel, i, out);
+  const hn::CappedTag<float, 1> one;
+  for (; i < count; ++i) combine_partial_at<kTaps>(one, weights, planes, kernel, i, out);
+}
+
+template <int kTaps>
+void halve_partial(const float* weights, std::span<const float* const> planes, const HalvingKernel& kernel, std::size_t count,
+                   float* scratch, float* const* out) {
+  constexpr int kReach = kTaps / 2 - 1;
+  constexpr std::size_t kMargin = (kReach + 1) / 2;
+  // Most rows are whole but for a few texels at an end.
+  const auto is_one = [](float weight) { return weight == 1.0F; };
+  const float* const begin = weights - kReach;
+  const float* const end = weights + 2 * count + kReach;
+  const std::ptrdiff_t west = std::find_if_not(begin, end, is_one) - weights;
+  if (weights + west == end) return;
+  std::ptrdiff_t east = end - weights;
+  while (is_one(weights[east - 1])) --east;
+  // Texel x is under the taps of the coarse texels from (x - reach - 1) / 2 to (x + reach) / 2.
+  const auto first = static_cast<std::size_t>(std::max<std::ptrdiff_t>((west - kReach) / 2, 0));
+  const std::size_t last = std::min(static_cast<std::size_t>((east - 1 + kReach) / 2) + 1, count);
+  const std::size_t part = last - first;
+
+  const std::size_t step = halve_scratch_floats(part);
+  const float* taps[channels::kMaxPlanes + 1][kTaps];
+  const float* const* rows[channels::kMaxPlanes];
+  float* results[channels::kMaxPlanes];
+  const auto split_taps = [&](const float* row, std::size_t at) {
+    const SplitRow split = split_row(row + 2 * first, kMargin, part, scratch + at * step);
+    for (int t = 0; t < kTaps; ++t) taps[at][t] = split.at_offset(t - kReach);
+  };
+  for (std::size_t p = 0; p < planes.size(); ++p) {
+    split_taps(planes[p], p);
+    rows[p] = taps[p];
+    results[p] = out[p] + first;
+  }
+  split_taps(weights, planes.size());
+  combine_partial<kTaps>(taps[planes.size()], std::span(rows, planes.size()), kernel, part, results);
 }
 
 // out[i] = combine(upper[2 i], upper[2 i + 1], lower[2 i], lower[2 i + 1]).
@@ -190,6 +288,30 @@ void HalveRow(const float* row, const HalvingKernel& kernel, std::size_t count, 
   }
 }
 
+void CombinePartialRows(const float* const* weights, std::span<const float* const* const> planes, const HalvingKernel& kernel,
+                        std::size_t count, float* const* out) {
+  switch (kernel.taps) {
+    case 8:
+      return combine_partial<8>(weights, planes, kernel, count, out);
+    case 12:
+      return combine_partial<12>(weights, planes, kernel, count, out);
+    default:
+      return combine_partial<20>(weights, planes, kernel, count, out);
+  }
+}
+
+void HalvePartialRow(const float* weights, std::span<const float* const> planes, const HalvingKernel& kernel, std::size_t count,
+                     float* scratch, float* const* out) {
+  switch (kernel.taps) {
+    case 8:
+      return halve_partial<8>(weights, planes, kernel, count, scratch, out);
+    case 12:
+      return halve_partial<12>(weights, planes, kernel, count, scratch, out);
+    default:
+      return halve_partial<20>(weights, planes, kernel, count, scratch, out);
+  }
+}
+
 }  // namespace vt::pyramid::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
@@ -199,6 +321,8 @@ namespace vt::pyramid {
 HWY_EXPORT(CombineRows);
 HWY_EXPORT(HalveRow);
 HWY_EXPORT(HalveTwoRows);
+HWY_EXPORT(CombinePartialRows);
+HWY_EXPORT(HalvePartialRow);
 HWY_EXPORT(LeastOfFour);
 HWY_EXPORT(GreatestOfFour);
 HWY_EXPORT(LimitToFourRows);
@@ -213,6 +337,24 @@ void halve_row(const float* row, const HalvingKernel& kernel, std::size_t count,
 
 void halve_two_rows(const float* upper, const float* lower, const HalvingKernel& kernel, std::size_t count, float* out) {
   HWY_DYNAMIC_DISPATCH(HalveTwoRows)(upper, lower, kernel, count, out);
+}
+
+void combine_partial_rows(const float* const* weights, std::span<const float* const* const> planes, const HalvingKernel& kernel,
+                          std::size_t count, float* const* out) {
+  HWY_DYNAMIC_DISPATCH(CombinePartialRows)(weights, planes, kernel, count, out);
+}
+
+void halve_partial_row(const float* weights, std::span<const float* const> planes, const HalvingKernel& kernel, std::size_t count,
+                       float* scratch, float* const* out) {
+  HWY_DYNAMIC_DISPATCH(HalvePartialRow)(weights, planes, kernel, count, scratch, out);
+}
+
+void mean_of_rows(const float* first, const float* second, std::size_t count, float* out) {
+  for (std::size_t i = 0; i < count; ++i) out[i] = 0.5F * (first[i] + second[i]);
+}
+
+void mean_of_pairs(const float* row, std::size_t count, float* out) {
+  for (std::size_t i = 0; i < count; ++i) out[i] = 0.5F * (row[2 * i] + row[2 * i + 1]);
 }
 
 void least_of_four(const float* upper, const float* lower, std::size_t count, float* out) {

@@ -20,6 +20,27 @@ void halve_row(const float* row, const HalvingKernel& kernel, std::size_t count,
 // out[i] comes from both rows at 2 * i and 2 * i + 1.
 void halve_two_rows(const float* upper, const float* lower, const HalvingKernel& kernel, std::size_t count, float* out);
 
+// What the two above become where texels are not all there: weights below 1, or none at all. A plane's values are multiplied by their
+// weights; the coarse texel's weight is the mean of the two fine ones under it, whatever the kernel, for that is how much of its area has
+// data. Each of the other taps exchanges value with one of these two, the one that lies mirrored to it about the edge between their coarse
+// texels: the first of the two for taps an odd number of texels away from it, the second for the others. As much is exchanged as both have:
+//   out = (p0 + p1) / 2 + sum over t of weight[t] * min(m_t, m_q) * (p_t / m_t - p_q / m_q)        q = 0 or 1, the partner of tap t
+// with p / m = 0 where m = 0. The mirrored coarse texel takes the same with the opposite sign. So sums of values and of weights are those
+// of the finer level to rounding, a constant stays constant, nothing is divided by less than what it is made of, texels without data
+// neither give nor get, and where all weights are 1 this is the kernel.
+//
+// combine_partial_rows: writes out[p][i] where some weight under the taps at i is not 1, and leaves the others as combine_rows made them.
+// `weights` has kernel.taps rows, each of `planes` as well; weights are 0 to 1, values without weight are 0.
+void combine_partial_rows(const float* const* weights, std::span<const float* const* const> planes, const HalvingKernel& kernel,
+                          std::size_t count, float* const* out);
+// halve_partial_row: the same along a row, after halve_row. Rows are readable as there; `scratch` holds planes.size() + 1 times what
+// halve_row needs.
+void halve_partial_row(const float* weights, std::span<const float* const> planes, const HalvingKernel& kernel, std::size_t count,
+                       float* scratch, float* const* out);
+// out[i] = (first[i] + second[i]) / 2, and the mean of row[2 * i] and row[2 * i + 1].
+void mean_of_rows(const float* first, const float* second, std::size_t count, float* out);
+void mean_of_pairs(const float* row, std::size_t count, float* out);
+
 // out[i] = the least (greatest) of both rows at 2 * i and 2 * i + 1. No value is NaN.
 void least_of_four(const float* upper, const float* lower, std::size_t count, float* out);
 void greatest_of_four(const float* upper, const float* lower, std::size_t count, float* out);

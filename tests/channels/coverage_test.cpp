@@ -2,43 +2,47 @@
 
 #include <gtest/gtest.h>
 
-#include "tests/channels/row_fixture.h"
+#include <array>
 
 namespace vt::channels {
 namespace {
 
-// One coarse texel over a 2x2 footprint; value and weight are premultiplied planes.
-struct Case {
-  float filtered_value;
-  float filtered_weight;
-  std::array<float, 4> footprint_values;
-  std::array<float, 4> footprint_weights;
+constexpr std::array kRules{PlaneRule::kLinear, PlaneRule::kLinear};  // a value times its weight, and the weight
+
+// One coarse texel over 4 x 4 fine ones, of which those at `places` have these values and weights.
+struct Texel {
+  int place;
+  float value;
+  float weight;
 };
 
-std::pair<float, float> settle(const Case& c) {
-  std::array<float, 2> upper_value{c.footprint_values[0], c.footprint_values[1]};
-  std::array<float, 2> lower_value{c.footprint_values[2], c.footprint_values[3]};
-  std::array<float, 2> upper_weight{c.footprint_weights[0], c.footprint_weights[1]};
-  std::array<float, 2> lower_weight{c.footprint_weights[2], c.footprint_weights[3]};
-  float value = c.filtered_value;
-  float weight = c.filtered_weight;
-  const PlaneRow out{&value, &weight};
-  const bool opaque = settle_coverage({upper_value.data(), upper_weight.data()}, {lower_value.data(), lower_weight.data()},
-                                      std::array{PlaneRule::kLinear, PlaneRule::kLinear}, 1, 1, out);
-  EXPECT_EQ(opaque, weight == 1.0F);
+std::pair<float, float> limited(float value, float weight, const std::vector<Texel>& texels) {
+  std::array<std::array<float, 4>, 4> values{};
+  std::array<std::array<float, 4>, 4> weights{};
+  for (const Texel& texel : texels) {
+    const auto y = static_cast<std::size_t>(texel.place / 4);
+    const auto x = static_cast<std::size_t>(texel.place % 4);
+    values[y][x] = texel.value * texel.weight;
+    weights[y][x] = texel.weight;
+  }
+  std::array<ConstPlaneRow, 4> rows{};
+  for (std::size_t y = 0; y < 4; ++y) rows[y] = {values[y].data() + 1, weights[y].data() + 1};
+  limit_to_covered(rows, kRules, 1, 1, {&value, &weight});
   return {value, weight};
 }
 
-TEST(Coverage, FullTexelsStayAsFiltered) { EXPECT_EQ(settle({0.7F, 1.0F, {1, 1, 0, 0}, {1, 1, 1, 1}}), std::make_pair(0.7F, 1.0F)); }
-TEST(Coverage, DataNeverGrowBeyondTheirFootprint) {
-  EXPECT_EQ(settle({0.02F, 0.03F, {0, 0, 0, 0}, {0, 0, 0, 0}}), std::make_pair(0.0F, 0.0F));
+TEST(Coverage, ValuesMoveBetweenThoseOfTexelsWithData) {
+  EXPECT_EQ(limited(0.9F, 1.0F, {{5, 0.25F, 1.0F}, {6, 0.75F, 1.0F}}), std::pair(0.75F, 1.0F));
+  EXPECT_EQ(limited(0.1F, 1.0F, {{0, 0.25F, 1.0F}, {15, 0.75F, 1.0F}}), std::pair(0.25F, 1.0F)) << "also of the outermost";
+  EXPECT_EQ(limited(0.5F, 1.0F, {{5, 0.25F, 1.0F}, {6, 0.75F, 1.0F}}), std::pair(0.5F, 1.0F));
 }
-TEST(Coverage, TheBoxTakesOverWhereTheLobesLeaveTooLittle) {
-  EXPECT_EQ(settle({5.0F, 0.05F, {0.8F, 0, 0, 0}, {1, 0, 0, 0}}), std::make_pair(0.2F, 0.25F));
-  EXPECT_EQ(settle({5.0F, -0.05F, {0.8F, 0, 0, 0}, {1, 0, 0, 0}}), std::make_pair(0.2F, 0.25F));
-  EXPECT_EQ(settle({5.0F, std::numeric_limits<float>::quiet_NaN(), {0.8F, 0, 0, 0}, {1, 0, 0, 0}}), std::make_pair(0.2F, 0.25F));
+
+TEST(Coverage, TexelsWithoutDataHaveNoSay) { EXPECT_EQ(limited(0.1F, 1.0F, {{5, 0.5F, 1.0F}, {6, 0.0F, 0.0F}}), std::pair(0.5F, 1.0F)); }
+
+TEST(Coverage, OfPartlyCoveredTexelsTheColourIsLimitedAndTheWeightStays) {
+  EXPECT_EQ(limited(0.5F, 0.5F, {{5, 0.25F, 0.5F}, {6, 0.75F, 0.25F}}), std::pair(0.375F, 0.5F));
+  EXPECT_EQ(limited(0.0F, 0.0F, {{5, 0.25F, 1.0F}}), std::pair(0.0F, 0.0F)) << "nothing stays nothing";
 }
-TEST(Coverage, IsNeverMoreThanOne) { EXPECT_EQ(settle({0.54F, 1.08F, {1, 1, 1, 1}, {1, 1, 1, 1}}), std::make_pair(0.5F, 1.0F)); }
 
 }  // namespace
 }  // namespace vt::channels

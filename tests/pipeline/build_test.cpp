@@ -16,7 +16,8 @@ Tiles tiles_by_definition(const Case& c, const LayerPlan& plan) {
   const channels::ChannelCodec& codec = plan.sampler->codec();
   const LayerInfo& info = plan.info;
   const int planes = codec.planes();
-  test::WholeImage image(info.data, planes);
+  const test::PlaneRules rules{{codec.rules().begin(), codec.rules().end()}, codec.weight_plane()};
+  test::WholeImage image(plan.shape(), 0, planes);
   resample::BaseChunk chunk;
   EXPECT_TRUE(plan.sampler->load({0, 0, info.data.width, info.data.height}, chunk).has_value());
   std::vector<std::vector<float>> row(static_cast<std::size_t>(planes), std::vector<float>(static_cast<std::size_t>(info.data.width)));
@@ -57,7 +58,7 @@ Tiles tiles_by_definition(const Case& c, const LayerPlan& plan) {
                 for (int p = 0; p < planes; ++p) {
                   const auto plane = static_cast<std::size_t>(p);
                   for (int i = 0; i < 3; ++i)
-                    around[r][plane][static_cast<std::size_t>(i)] = image.get(qx + i - 1, qy + static_cast<int>(r) - 1, p);
+                    around[r][plane][static_cast<std::size_t>(i)] = image.seen(qx + i - 1, qy + static_cast<int>(r) - 1, p, rules);
                   (r == 0 ? rows.above : r == 1 ? rows.here : rows.below)[plane] = around[r][plane].data() + 1;
                 }
               EXPECT_TRUE(codec.encode_row(0, rows, 1, out).has_value());
@@ -75,7 +76,7 @@ Tiles tiles_by_definition(const Case& c, const LayerPlan& plan) {
         tiles.emplace(id, std::move(texels));
       }
     if (level == 0) break;
-    image = test::halve_whole(image, plan.kernel, {{codec.rules().begin(), codec.rules().end()}, codec.weight_plane()});
+    image = test::halve_whole(image, plan.kernel, rules);
   }
   EXPECT_FALSE(c.name.empty());
   return tiles;

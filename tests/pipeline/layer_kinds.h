@@ -25,6 +25,19 @@ inline double noisy_code(std::int64_t x, std::int64_t y, int band) {
   return (x / 3 + y / 5 + band * 40) % 200 + hash_noise(x, y, band) % 56;
 }
 
+// Once around the globe. 330 columns can be halved once, so the finer levels wrap at the seam and the coarser ones do not.
+inline RasterSpec around_the_globe(std::int64_t width, std::int64_t height, int bands = 3, SampleType type = SampleType::kUint8,
+                                   std::optional<double> nodata = std::nullopt) {
+  const double step = 360.0 / static_cast<double>(width);
+  return {.width = width,
+          .height = height,
+          .bands = bands,
+          .type = type,
+          .nodata = nodata,
+          .transform = {-180.0, step, 0.0, 55.0, 0.0, -step},
+          .epsg = 4326};
+}
+
 inline std::vector<Case> cases() {
   const auto holes = [](std::int64_t x, std::int64_t y) { return (x / 17) % 4 == 1 && (y / 23) % 3 == 1; };
   const auto translucent = [](std::int64_t x, std::int64_t y, int band) {
@@ -164,6 +177,52 @@ inline std::vector<Case> cases() {
        TexelFormat::kR16,
        [](std::int64_t x, std::int64_t y, int) { return static_cast<double>((x / 17 + y / 13) % 3 == 0 ? hash_noise(x, y, 0) % 3000 : 7); },
        {{"mixture", "4"}}},
+      {"globe_kaiser", around_the_globe(330, 110), ChannelType::kColor, "kaiser3", TexelFormat::kRgb8, noisy_code},
+      {"globe_translucent",
+       [] {
+         RasterSpec spec = around_the_globe(330, 71, 4);
+         spec.alpha = true;
+         return spec;
+       }(),
+       ChannelType::kColor,
+       "kaiser5",
+       TexelFormat::kRgba8,
+       translucent,
+       {{"anti-ringing", "yes"}}},
+      {"globe_bc1", around_the_globe(256, 90), ChannelType::kColor, "mitchell", TexelFormat::kBc1, noisy_code},
+      {"globe_normal", around_the_globe(330, 71), ChannelType::kNormal, "box", TexelFormat::kRgb8, noisy_code},
+      {"globe_horizon",
+       around_the_globe(330, 71, 2, SampleType::kInt16, -32768.0),
+       ChannelType::kHorizon,
+       "box",
+       TexelFormat::kRgba16,
+       angle,
+       {{"angles", "deg"}}},
+      {"globe_heights",
+       around_the_globe(330, 71, 1, SampleType::kInt16, -32768.0),
+       ChannelType::kElevation,
+       "box",
+       TexelFormat::kR32Float,
+       height,
+       {{"bounds", "yes"}, {"surface-error", "yes"}}},
+      {"globe_points",
+       around_the_globe(315, 71, 1, SampleType::kInt16, -32768.0),
+       ChannelType::kElevation,
+       "point",
+       TexelFormat::kR16,
+       height,
+       {{"bounds", "yes"}, {"surface-error", "yes"}}},
+      {"globe_land_cover", around_the_globe(330, 71, 1), ChannelType::kMaterial, "box", TexelFormat::kR8, land_cover, {{"mixture", "3"}}},
+      {"globe_radiance",
+       around_the_globe(330, 71, 1, SampleType::kUint16),
+       ChannelType::kSensor,
+       "box",
+       TexelFormat::kR16,
+       [](std::int64_t x, std::int64_t y, int) { return 20000.0 + hash_noise(x, y, 0) % 9000; },
+       {{"span", "0,65535"}}},
+      {"globe_light", around_the_globe(330, 71, 3, SampleType::kFloat32), ChannelType::kIllumination, "box", TexelFormat::kRgba16Float,
+       [](std::int64_t x, std::int64_t y, int band) { return static_cast<double>(hash_noise(x, y, band) % 1000) / 100.0; }},
+      {"globe_mask", around_the_globe(330, 71, 1), ChannelType::kMask, "box", TexelFormat::kR8, noisy_code},
   };
 }
 

@@ -22,17 +22,20 @@ constexpr int kVoid = -1;
 
 // The finest level, class by class; kVoid where there are no data.
 struct ClassImage {
-  TexelRect data;
+  LayerShape layer;
   std::vector<int> classes;
 
   [[nodiscard]] int at(std::int64_t x, std::int64_t y) const {
+    const TexelRect& data = layer.data;
+    if (layer.is_closed) x = ((x % data.width) + data.width) % data.width;
     return data.contains(x, y) ? classes[static_cast<std::size_t>((y - data.y) * data.width + (x - data.x))] : kVoid;
   }
 };
 
 template <class Make>
-ClassImage image_of(const TexelRect& data, const Make& make) {
-  ClassImage image{data, {}};
+ClassImage image_of(const LayerShape& layer, const Make& make) {
+  const TexelRect& data = layer.data;
+  ClassImage image{layer, {}};
   for (std::int64_t y = data.y; y < data.bottom(); ++y)
     for (std::int64_t x = data.x; x < data.right(); ++x) image.classes.push_back(make(x, y));
   return image;
@@ -40,12 +43,24 @@ ClassImage image_of(const TexelRect& data, const Make& make) {
 
 using Histogram = std::map<int, std::uint64_t>;
 
-// The definition: all texels of the finest level under a texel, counted one by one.
+// The definition: all texels of the finest level under a texel, counted one by one. A column past the edge of a closed level that does not
+// wrap is the nearer of the two that it lies between; so are all columns finer ones are under.
 Histogram histogram_under(const ClassImage& base, int level, std::int64_t x, std::int64_t y) {
   Histogram histogram;
-  for (std::int64_t v = y << level; v < (y + 1) << level; ++v)
-    for (std::int64_t u = x << level; u < (x + 1) << level; ++u)
-      if (const int id = base.at(u, v); id != kVoid) ++histogram[id];
+  const TexelRect data = base.layer.data_at(level);
+  if (!base.layer.is_closed || level == 0) {
+    for (std::int64_t v = y << level; v < (y + 1) << level; ++v)
+      for (std::int64_t u = x << level; u < (x + 1) << level; ++u)
+        if (const int id = base.at(u, v); id != kVoid) ++histogram[id];
+    return histogram;
+  }
+  if (x < 0 || x >= data.width) {
+    const SeamColumn column = base.layer.column_past_edge(level, x);
+    x = column.share <= 0.5F ? column.first : column.second;
+  }
+  for (std::int64_t v = 2 * y; v < 2 * y + 2; ++v)
+    for (std::int64_t u = 2 * x; u < 2 * x + 2; ++u)
+      for (const auto& [id, area] : histogram_under(base, level - 1, u, v)) histogram[id] += area;
   return histogram;
 }
 
@@ -75,7 +90,9 @@ class Judge final : public RowSink {
     const TexelRect& core = cascade_.level(k).core;
     const int level = depth_ + k;
     bool opaque = true;
-    for (std::int64_t i = -1; i <= core.width; ++i) {
+    // Past the edges of a closed level that does not wrap nobody asks for classes: texels without data have none to borrow.
+    const bool has_sides = !base_.layer.is_closed || base_.layer.wraps_at(level);
+    for (std::int64_t i = has_sides ? -1 : 0; i < core.width + (has_sides ? 1 : 0); ++i) {
       expect_planes(rows.above, i, histogram_under(base_, level, core.x + i, y - 1), level, ranked_);
       expect_planes(rows.here, i, histogram_under(base_, level, core.x + i, y), level, ranked_);
       expect_planes(rows.below, i, histogram_under(base_, level, core.x + i, y + 1), level, ranked_);
@@ -116,13 +133,13 @@ void feed_base(ClassCascade& cascade, const ClassImage& base, int ranked, RowSin
 
 // All blocks of one tier; `carry` is what the tier before left, and then what this one leaves.
 void run_tier(const ClassImage& base, const ClassCounting& classes, int depth, int outputs, bool with_carry, CarryMap& carry) {
-  const TexelRect data = coarser(base.data, depth);
+  const TexelRect data = base.layer.data_at(depth);
   const std::int64_t block = std::int64_t{1} << (kTileExponent + outputs);
   CarryMap left;
   for (std::int64_t by = data.y / block; by * block < data.bottom(); ++by)
     for (std::int64_t bx = data.x / block; bx * block < data.right(); ++bx) {
-      ClassCascade cascade(plan_block({bx * block, by * block, block, block}, data, outputs, with_carry, box_kernel()), outputs, classes,
-                           depth, kTileExponent);
+      ClassCascade cascade(plan_block({bx * block, by * block, block, block}, base.layer, depth, outputs, with_carry, box_kernel()),
+                           base.layer, outputs, classes, kTileExponent);
       Judge judge(base, cascade, depth, classes.ranked);
       if (depth == 0) {
         feed_base(cascade, base, classes.ranked, judge);
@@ -130,9 +147,9 @@ void run_tier(const ClassImage& base, const ClassCounting& classes, int depth, i
         const TexelRect active = cascade.level(0).active;
         for (std::int64_t row = active.y >> kTileExponent; row <= (active.bottom() - 1) >> kTileExponent; ++row) {
           std::vector<std::vector<std::byte>> tiles;
-          for (std::int64_t column = active.x >> kTileExponent; column <= (active.right() - 1) >> kTileExponent; ++column)
-            tiles.push_back(carry.at({column, row}));
-          const auto fed = cascade.feed_carry({active.x >> kTileExponent, row, tiles}, judge);
+          const std::vector<std::int64_t> columns = carry_columns(cascade.level(0), kTileExponent);
+          for (const std::int64_t column : columns) tiles.push_back(carry.at({column, row}));
+          const auto fed = cascade.feed_carry({.row = row, .columns = columns, .tiles = tiles}, judge);
           ASSERT_TRUE(fed.has_value()) << fed.error().message;
         }
       }
@@ -152,10 +169,12 @@ void run_all(const ClassImage& base, const ClassCounting& classes) {
 
 TEST(ClassCascade, EveryLevelCountsTheFinestWhateverTheBlocks) {
   std::mt19937 random(5);
-  for (const TexelRect& data : {TexelRect{0, 0, 200, 130}, TexelRect{37, 21, 129, 63}, TexelRect{64, 128, 64, 64}, TexelRect{3, 5, 1, 90},
-                                TexelRect{7, 9, 150, 1}, TexelRect{11, 13, 1, 1}})
+  for (const LayerShape& layer :
+       {LayerShape{{0, 0, 200, 130}}, LayerShape{{37, 21, 129, 63}}, LayerShape{{64, 128, 64, 64}}, LayerShape{{3, 5, 1, 90}},
+        LayerShape{{7, 9, 150, 1}}, LayerShape{{11, 13, 1, 1}}, LayerShape{{0, 0, 192, 40}, true}, LayerShape{{0, 0, 150, 70}, true},
+        LayerShape{{0, 0, 301, 33}, true}, LayerShape{{0, 0, 9, 20}, true}, LayerShape{{0, 0, 1, 3}, true}})
     for (const int ranked : {1, 3, 4}) {
-      const ClassImage base = image_of(data, [&](std::int64_t x, std::int64_t y) {
+      const ClassImage base = image_of(layer, [&](std::int64_t x, std::int64_t y) {
         if ((x / 13 + y / 7) % 5 == 0) return kVoid;
         return (x / 9 + y / 11) % 3 == 0 ? static_cast<int>(random() % 5) : static_cast<int>((x / 9 * y / 11) % 250);
       });
@@ -163,21 +182,33 @@ TEST(ClassCascade, EveryLevelCountsTheFinestWhateverTheBlocks) {
     }
 }
 
+// The coarsest level of 180 columns of a closed layer whose own columns are whole: 45 of 4, and of the next one the last stands for columns
+// 176 to 179 and, past the seam, 0 to 3.
+TEST(ClassCascade, ATexelOverTheSeamCountsBothSides) {
+  const LayerShape layer{{0, 0, 180, 8}, true};
+  const ClassImage base = image_of(layer, [](std::int64_t x, std::int64_t y) { return static_cast<int>((x * 7 + y * 3) % 5); });
+  Histogram truth;
+  for (std::int64_t y = 0; y < 8; ++y)
+    for (std::int64_t x = 176; x < 184; ++x) ++truth[static_cast<int>((x % 180 * 7 + y * 3) % 5)];
+  EXPECT_EQ(histogram_under(base, 3, 22, 0), truth) << "what EveryLevelCountsTheFinestWhateverTheBlocks holds levels to";
+  run_all(base, {.ranked = 4});
+}
+
 TEST(ClassCascade, CountsSixteenBitsOfClasses) {
   std::mt19937 random(6);
-  const ClassImage base = image_of({1, 2, 140, 70}, [&](std::int64_t, std::int64_t) { return static_cast<int>(random() % 65535); });
+  const ClassImage base = image_of({{1, 2, 140, 70}}, [&](std::int64_t, std::int64_t) { return static_cast<int>(random() % 65535); });
   run_all(base, {.ranked = 4, .greatest = 65535, .no_data = 65535});
 }
 
 TEST(ClassCascade, OneClassAndNoneAreThemselves) {
-  run_all(image_of({5, 0, 100, 100}, [](std::int64_t, std::int64_t) { return 7; }), {.ranked = 2});
-  run_all(image_of({5, 0, 100, 100}, [](std::int64_t, std::int64_t) { return kVoid; }), {.ranked = 2});
-  run_all(image_of({0, 0, 100, 70}, [](std::int64_t x, std::int64_t y) { return x == 51 && y == 33 ? 9 : kVoid; }), {.ranked = 2});
+  run_all(image_of({{5, 0, 100, 100}}, [](std::int64_t, std::int64_t) { return 7; }), {.ranked = 2});
+  run_all(image_of({{5, 0, 100, 100}}, [](std::int64_t, std::int64_t) { return kVoid; }), {.ranked = 2});
+  run_all(image_of({{0, 0, 100, 70}}, [](std::int64_t x, std::int64_t y) { return x == 51 && y == 33 ? 9 : kVoid; }), {.ranked = 2});
 }
 
 // Two classes share every texel of every level equally.
 TEST(ClassCascade, OfEqualAreasTheLowestClassIsFirst) {
-  run_all(image_of({0, 0, 128, 128}, [](std::int64_t x, std::int64_t y) { return (x + y) % 2 == 0 ? 200 : 13; }), {.ranked = 2});
+  run_all(image_of({{0, 0, 128, 128}}, [](std::int64_t x, std::int64_t y) { return (x + y) % 2 == 0 ? 200 : 13; }), {.ranked = 2});
 }
 
 TEST(ClassCascade, AClassThatTheLayerHasNotIsSaid) {
@@ -185,7 +216,8 @@ TEST(ClassCascade, AClassThatTheLayerHasNotIsSaid) {
     void row(int, std::int64_t, const channels::RowNeighbourhood&) override {}
   };
   const auto message_of = [](float id, const ClassCounting& classes) {
-    ClassCascade cascade(plan_block({0, 0, 32, 32}, {0, 0, 20, 8}, 1, true, box_kernel()), 1, classes, 0, kTileExponent);
+    const TexelRect data{0, 0, 20, 8};
+    ClassCascade cascade(plan_block({0, 0, 32, 32}, data, 1, true, box_kernel()), {data}, 1, classes, kTileExponent);
     NoSink sink;
     for (int y = 0; y < 8; ++y) {
       const channels::PlaneRow row = cascade.begin_row();
@@ -266,10 +298,12 @@ TEST(ClassCarry, TilesWithTooFewOrTooManyBytesAreCorrupt) {
     void row(int, std::int64_t, const channels::RowNeighbourhood&) override {}
   };
   const auto feed = [](std::vector<std::byte> tile) {
-    ClassCascade cascade(plan_block({0, 0, 16, 16}, {0, 0, 16, 16}, 1, false, box_kernel()), 1, {}, 2, kTileExponent);
+    const LayerShape layer{{0, 0, 64, 64}};
+    ClassCascade cascade(plan_block({0, 0, 16, 16}, layer, 2, 1, false, box_kernel()), layer, 1, {}, kTileExponent);
     NoSink sink;
     const std::vector<std::vector<std::byte>> tiles{std::move(tile)};
-    return cascade.feed_carry({0, 0, tiles}, sink);
+    const std::vector<std::int64_t> columns{0};
+    return cascade.feed_carry({.row = 0, .columns = columns, .tiles = tiles}, sink);
   };
   std::vector<std::byte> tile(256, std::byte{0});
   EXPECT_TRUE(feed(tile).has_value());

@@ -10,34 +10,10 @@
 
 #include "builder/channels/channel_codec.h"
 #include "builder/pyramid/halving_kernel.h"
+#include "builder/pyramid/layer_shape.h"
 #include "store/tile_id.h"
 
 namespace vt::test {
-
-// All planes of one level; zero (no data) outside the data rectangle. The last plane is the weight.
-struct WholeImage {
-  TexelRect data;
-  int planes;
-  std::vector<float> floats;
-
-  WholeImage(const TexelRect& rect, int plane_count)
-      : data(rect), planes(plane_count), floats(static_cast<std::size_t>(rect.width * rect.height * plane_count), 0.0F) {}
-
-  float& at(std::int64_t x, std::int64_t y, int p) { return floats[index(x, y, p)]; }
-  [[nodiscard]] float get(std::int64_t x, std::int64_t y, int p) const { return data.contains(x, y) ? floats[index(x, y, p)] : 0.0F; }
-
- private:
-  [[nodiscard]] std::size_t index(std::int64_t x, std::int64_t y, int p) const {
-    return static_cast<std::size_t>(((y - data.y) * data.width + (x - data.x)) * planes + p);
-  }
-};
-
-template <class At>
-float weighted_pairs(const pyramid::HalvingKernel& kernel, const At& at) {
-  float sum = kernel.weight[0] * (at(0) + at(kernel.taps - 1));
-  for (int t = 1; t < kernel.taps / 2; ++t) sum = sum + kernel.weight[static_cast<std::size_t>(t)] * (at(t) + at(kernel.taps - 1 - t));
-  return sum;
-}
 
 // `rules` of all planes; none given: all linear, the last is the weight.
 struct PlaneRules {
@@ -56,21 +32,111 @@ struct PlaneRules {
   }
 };
 
+// All planes of one level.
+struct WholeImage {
+  pyramid::LayerShape layer;
+  int depth = 0;  // levels above the layer's finest
+  TexelRect data;
+  int planes;
+  std::vector<float> floats;
+
+  // The finest level of a layer that ends at its edges.
+  WholeImage(const TexelRect& rect, int plane_count) : WholeImage(pyramid::LayerShape{.data = rect}, 0, plane_count) {}
+  WholeImage(const pyramid::LayerShape& shape, int level_depth, int plane_count)
+      : layer(shape),
+        depth(level_depth),
+        data(shape.data_at(level_depth)),
+        planes(plane_count),
+        floats(static_cast<std::size_t>(data.width * data.height * plane_count), 0.0F) {}
+
+  float& at(std::int64_t x, std::int64_t y, int p) { return floats[index(x, y, p)]; }
+  // Zero outside the data rectangle.
+  [[nodiscard]] float get(std::int64_t x, std::int64_t y, int p) const { return data.contains(x, y) ? floats[index(x, y, p)] : 0.0F; }
+  // Nothing to the north and south of the data rectangle, and to the west and east of a layer that is not closed.
+  [[nodiscard]] float seen(std::int64_t x, std::int64_t y, int p, const PlaneRules& rules) const {
+    if (data.contains(x, y)) return floats[index(x, y, p)];
+    if (!layer.is_closed || y < data.y || y >= data.bottom()) return rules.nothing(p);
+    const pyramid::SeamColumn column = layer.column_past_edge(depth, x);
+    const float first = floats[index(column.first, y, p)];
+    const float second = floats[index(column.second, y, p)];
+    if (column.share == 0.0F) return first;
+    if (rules[p] == channels::PlaneRule::kLeast) return std::min(first, second);
+    if (rules[p] == channels::PlaneRule::kGreatest) return std::max(first, second);
+    return (1.0F - column.share) * first + column.share * second;
+  }
+
+ private:
+  [[nodiscard]] std::size_t index(std::int64_t x, std::int64_t y, int p) const {
+    return static_cast<std::size_t>(((y - data.y) * data.width + (x - data.x)) * planes + p);
+  }
+};
+
+template <class At>
+float weighted_pairs(const pyramid::HalvingKernel& kernel, const At& at) {
+  float sum = kernel.weight[0] * (at(0) + at(kernel.taps - 1));
+  for (int t = 1; t < kernel.taps / 2; ++t) sum = sum + kernel.weight[static_cast<std::size_t>(t)] * (at(t) + at(kernel.taps - 1 - t));
+  return sum;
+}
+
+using Taps = std::array<float, pyramid::kMaxTaps>;
+
+// One value under a kernel, from values that are multiplied by their weights: the rule of builder/pyramid/reduce_rows.h.
+inline float filtered(const pyramid::HalvingKernel& kernel, const Taps& values, const Taps& weights) {
+  const auto taps = static_cast<std::size_t>(kernel.taps);
+  if (std::all_of(weights.begin(), weights.begin() + kernel.taps, [](float w) { return w == 1.0F; }))
+    return weighted_pairs(kernel, [&](int t) { return values[static_cast<std::size_t>(t)]; });
+  const std::size_t first = taps / 2 - 1;
+  const std::size_t second = taps / 2;
+  const auto share = [](float part, float whole) { return whole > 0.0F ? part / whole : 0.0F; };
+  Taps factor{};
+  factor[first] = factor[second] = 0.5F;
+  for (std::size_t t = 0; t < taps; ++t) {
+    if (t == first || t == second) continue;
+    const std::size_t partner = (t + first) % 2 == 0 ? second : first;
+    const float both = std::min(weights[t], weights[partner]);
+    factor[t] = kernel.weight[t] * share(both, weights[t]);
+    factor[partner] -= kernel.weight[t] * share(both, weights[partner]);
+  }
+  float sum = factor[first] * values[first] + factor[second] * values[second];
+  for (std::size_t t = 0; t < taps; ++t)
+    if (t != first && t != second) sum += factor[t] * values[t];
+  return sum;
+}
+
+// A row or column that is found by mirroring at the edges.
+inline std::int64_t mirrored(std::int64_t at, std::int64_t begin, std::int64_t end) {
+  while (at < begin || at >= end) at = at < begin ? 2 * begin - 1 - at : 2 * end - 1 - at;
+  return at;
+}
+
 inline WholeImage halve_whole(const WholeImage& fine, const pyramid::HalvingKernel& kernel, const PlaneRules& rules) {
-  WholeImage coarse(coarser(fine.data, 1), fine.planes);
+  WholeImage coarse(fine.layer, fine.depth + 1, fine.planes);
+  const TexelRect& data = fine.data;
   const int w = rules.weight_plane;
-  const auto get = [&](std::int64_t x, std::int64_t y, int p) { return fine.data.contains(x, y) ? fine.get(x, y, p) : rules.nothing(p); };
-  const auto filtered = [&](std::int64_t x, std::int64_t y, int p) {
-    return weighted_pairs(kernel, [&](int tx) {
-      return weighted_pairs(kernel, [&](int ty) { return fine.get(2 * x - kernel.reach() + tx, 2 * y - kernel.reach() + ty, p); });
-    });
-  };
-  const auto box = [&](std::int64_t x, std::int64_t y, int p) {
-    return 0.25F * ((fine.get(2 * x, 2 * y, p) + fine.get(2 * x + 1, 2 * y, p)) +
-                    (fine.get(2 * x, 2 * y + 1, p) + fine.get(2 * x + 1, 2 * y + 1, p)));
+  const auto first = static_cast<std::size_t>(kernel.reach());
+  const auto column = [&](std::int64_t x) { return fine.layer.is_closed ? x : mirrored(x, data.x, data.right()); };
+  const auto row = [&](std::int64_t y) { return mirrored(y, data.y, data.bottom()); };
+  // Rows are added up first, then columns; a sum of weights is always the mean of the two in the middle.
+  const auto wide = [&](std::int64_t x, std::int64_t y, int p) {
+    Taps sums{};
+    Taps sums_of_weights{};
+    for (int tx = 0; tx < kernel.taps; ++tx) {
+      Taps values{};
+      Taps weights{};
+      const std::int64_t fx = column(2 * x - kernel.reach() + tx);
+      for (int ty = 0; ty < kernel.taps; ++ty) {
+        const std::int64_t fy = row(2 * y - kernel.reach() + ty);
+        values[static_cast<std::size_t>(ty)] = fine.seen(fx, fy, p, rules);
+        weights[static_cast<std::size_t>(ty)] = fine.seen(fx, fy, w, rules);
+      }
+      sums[static_cast<std::size_t>(tx)] = filtered(kernel, values, weights);
+      sums_of_weights[static_cast<std::size_t>(tx)] = 0.5F * (weights[first] + weights[first + 1]);
+    }
+    return p == w ? 0.5F * (sums_of_weights[first] + sums_of_weights[first + 1]) : filtered(kernel, sums, sums_of_weights);
   };
   const auto of_four = [&](std::int64_t x, std::int64_t y, int p, const auto& pick) {
-    return pick(pick(get(2 * x, 2 * y, p), get(2 * x + 1, 2 * y, p)), pick(get(2 * x, 2 * y + 1, p), get(2 * x + 1, 2 * y + 1, p)));
+    const auto at = [&](int dx, int dy) { return fine.seen(2 * x + dx, 2 * y + dy, p, rules); };
+    return pick(pick(at(0, 0), at(0, 1)), pick(at(1, 0), at(1, 1)));
   };
   // Between the least and the greatest value with data of the 4 x 4 texels around.
   const auto limited = [&](std::int64_t x, std::int64_t y, int p, float value, float weight) {
@@ -78,42 +144,38 @@ inline WholeImage halve_whole(const WholeImage& fine, const pyramid::HalvingKern
     float greatest = -least;
     for (std::int64_t fy = 2 * y - 1; fy <= 2 * y + 2; ++fy)
       for (std::int64_t fx = 2 * x - 1; fx <= 2 * x + 2; ++fx)
-        if (const float there = fine.get(fx, fy, w); there > 0.0F) {
-          const float v = there == 1.0F ? fine.get(fx, fy, p) : fine.get(fx, fy, p) / there;
+        if (const float there = fine.seen(fx, fy, w, rules); there > 0.0F) {
+          const float here = fine.seen(fx, fy, p, rules);
+          const float v = there == 1.0F ? here : here / there;
           least = std::min(least, v);
           greatest = std::max(greatest, v);
         }
-    if (weight <= 0.0F || !(least <= greatest)) return value;
+    if (weight <= 0.0F) return value;
     const float straight = weight == 1.0F ? value : value / weight;
     const float inside = std::clamp(straight, least, greatest);
     return inside == straight ? value : inside * weight;
   };
+  const auto half_of_both = [](float a, float b) { return 0.5F * (a + b); };
   for (std::int64_t y = coarse.data.y; y < coarse.data.bottom(); ++y)
-    for (std::int64_t x = coarse.data.x; x < coarse.data.right(); ++x) {
-      const float weight = filtered(x, y, w);
-      const float box_weight = box(x, y, w);
+    for (std::int64_t x = coarse.data.x; x < coarse.data.right(); ++x)
       for (int p = 0; p < fine.planes; ++p) {
         float& out = coarse.at(x, y, p);
-        if (rules[p] == channels::PlaneRule::kLeast)
+        if (rules[p] == channels::PlaneRule::kLeast) {
           out = of_four(x, y, p, [](float a, float b) { return std::min(a, b); });
-        else if (rules[p] == channels::PlaneRule::kGreatest)
+        } else if (rules[p] == channels::PlaneRule::kGreatest) {
           out = of_four(x, y, p, [](float a, float b) { return std::max(a, b); });
-        else if (kernel.is_point)
-          out = get(2 * x, 2 * y, p);
-        else if (box_weight <= 0.0F)
-          out = 0.0F;  // data never grow
-        else if (!(weight >= 0.5F * box_weight))
-          out = box(x, y, p);  // the lobes left too little to divide by
-        else if (weight > 1.0F)
-          out = p == w ? 1.0F : filtered(x, y, p) / weight;
-        else
-          out = filtered(x, y, p);
+        } else if (kernel.is_point) {
+          out = fine.seen(2 * x, 2 * y, p, rules);
+        } else if (kernel.taps == 2) {
+          out = of_four(x, y, p, half_of_both);
+        } else {
+          out = wide(x, y, p);
+          if (kernel.limits_ringing && p != w) out = limited(x, y, p, out, wide(x, y, w));
+          // Of a texel that the edge cuts, the half inside.
+          if (!fine.layer.is_closed && (2 * x < data.x || 2 * x + 1 >= data.right())) out *= 0.5F;
+          if (2 * y < data.y || 2 * y + 1 >= data.bottom()) out *= 0.5F;
+        }
       }
-      if (kernel.limits_ringing)
-        for (int p = 0; p < fine.planes; ++p)
-          if (p != w && rules[p] == channels::PlaneRule::kLinear)
-            coarse.at(x, y, p) = limited(x, y, p, coarse.at(x, y, p), coarse.at(x, y, w));
-    }
   return coarse;
 }
 inline WholeImage halve_whole(const WholeImage& fine, const pyramid::HalvingKernel& kernel) {
