@@ -153,30 +153,42 @@ ScoreCase stripes_of_normals() {
   return c;
 }
 
-ScoreCase odd_ramp() {
+// The values of a ramp are places: how far each lies from the centre of its texel, in texels of its level.
+ScoreCase odd_ramp(bool along_rows) {
+  constexpr std::int64_t kWidth = 257;
+  constexpr std::int64_t kHeight = 65;
+  constexpr std::size_t kOverviews = 4;
+  const std::int64_t length = along_rows ? kWidth : kHeight;
   ScoreCase c;
-  c.test = "ramp of 257 texels, level 1: size, worst place inside and at the edge, in fine texels";
-  c.truth = "129, 0, 0";
-  c.raster = raster(257, 64, 1, SampleType::kFloat32);
-  c.value = [](std::int64_t x, std::int64_t, int) { return static_cast<double>(x) + 0.5; };
+  c.test =
+      fmt::format("ramp over {} {}, levels 1 to {}: size of level 1, farthest from its texel's centre inside and at the edge, in texels",
+                  length, along_rows ? "columns" : "rows", kOverviews);
+  c.truth = fmt::format("{}, 0, 0", (length + 1) / 2);
+  c.raster = raster(kWidth, kHeight, 1, SampleType::kFloat32);
+  c.value = [along_rows](std::int64_t x, std::int64_t y, int) { return static_cast<double>(along_rows ? x : y) + 0.5; };
   c.ours = {{"", {"--channel", "elevation"}}};
   c.gdal = gdal_kernels({"average", "bilinear"});
   c.vips = c.maketx = kPlain;
-  c.judge = [](const Pyramid& p) {
-    const LevelValues& level = p[1];
-    // Texels may be two fine ones wide, the last cut off, or stretched over all 257; what fits better is taken to be meant.
-    const auto errors = [&](double width) {
+  c.overviews = kOverviews;
+  c.judge = [along_rows, length](const Pyramid& p) {
+    const auto texels = [&](const LevelValues& level) { return along_rows ? level.width : level.height; };
+    // Texels may be 2^level fine ones wide, the last cut off, or stretched over the whole ramp; what fits better is taken to be meant.
+    const auto errors = [&](bool stretched) {
       std::array<double, 2> worst{};
-      for (std::int64_t x = 0; x < level.width; ++x) {
-        const double west = static_cast<double>(x) * width;
-        const double centre = (west + std::min(west + width, 257.0)) / 2.0;
-        double& error = worst[x + 1 == level.width ? 1 : 0];
-        error = std::max(error, std::abs(level.at(x, 16) - centre));
+      for (std::size_t k = 1; k <= kOverviews; ++k) {
+        const std::int64_t count = texels(p[k]);
+        const double width = stretched ? static_cast<double>(length) / static_cast<double>(count) : std::exp2(static_cast<double>(k));
+        for (std::int64_t i = 0; i < count; ++i) {
+          const double value = along_rows ? p[k].at(i, p[k].height / 2) : p[k].at(p[k].width / 2, i);
+          double& error = worst[i + 1 == count ? 1 : 0];
+          error = std::max(error, std::abs(value / width - (static_cast<double>(i) + 0.5)));
+        }
       }
       return worst;
     };
-    const std::array<double, 2> error = std::min(errors(2.0), errors(257.0 / static_cast<double>(level.width)));
-    return fmt::format("{}, {:.3f}, {:.3f}", level.width, error[0], error[1]);
+    const auto by_worst = [](const auto& a, const auto& b) { return std::ranges::max(a) < std::ranges::max(b); };
+    const auto [inside, edge] = std::min(errors(false), errors(true), by_worst);
+    return fmt::format("{}, {:.3f}, {:.3f}", texels(p[1]), inside, edge);
   };
   return c;
 }
@@ -260,7 +272,8 @@ ScoreCase classes() {
 }  // namespace
 
 std::vector<ScoreCase> score_cases() {
-  return {checker(), clear_texels(), void_column(), step(), stripes_of_normals(), odd_ramp(), one_nan(), bias(), classes()};
+  return {checker(),      clear_texels(),  void_column(), step(), stripes_of_normals(),
+          odd_ramp(true), odd_ramp(false), one_nan(),     bias(), classes()};
 }
 
 }  // namespace vt::bench

@@ -66,6 +66,15 @@ struct Part {
   std::string metadata_json = "{}";
 };
 
+// A texel that the edge of the data rectangle cuts has its data on one side of its centre, up to half a texel away. A channel with such a
+// range stores there the value at the centre, continued in a straight line from the next texel, instead of the mean over the part that has
+// data; what goes on to coarser levels stays the mean. It concerns the first plane, of which planes of least and greatest values are
+// bounds.
+struct CentreRange {
+  float least = 0.0F;  // what the format can hold; values are not continued past it
+  float greatest = 0.0F;
+};
+
 // One number that is reported of every level: how far what is stored lies from the unquantised planes, in the channel's own unit.
 struct Measure {
   std::string name;      // "error of light"
@@ -89,6 +98,7 @@ class ChannelCodec {
   [[nodiscard]] std::optional<double> kept_above() const { return kept_above_; }
   // The surfaces through coarser levels are compared with the finest level, see builder/pipeline/surface_pass.h.
   [[nodiscard]] bool measures_surface() const { return measures_surface_; }
+  [[nodiscard]] const std::optional<CentreRange>& centre_range() const { return centre_range_; }
   // A row of samples already is a row of texels of the first part, byte for byte: encode(decode(samples)) would give the same.
   [[nodiscard]] bool samples_are_texels() const { return samples_are_texels_; }
   // What is stored are numbers of the samples' own scale and unit.
@@ -136,6 +146,7 @@ class ChannelCodec {
   std::optional<double> kept_above_;
   bool measures_surface_ = false;
   bool keeps_numbers_ = true;
+  std::optional<CentreRange> centre_range_;
   std::optional<ClassCounting> class_counting_;
 
  private:

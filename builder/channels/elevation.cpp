@@ -56,6 +56,7 @@ class ElevationCodec final : public ChannelCodec {
     measures_.push_back({.name = "height", .unit = "m"});
     measures_surface_ = choices.with_surface;
     keeps_numbers_ = choices.scale == 1.0 && choices.offset == 0.0;
+    centre_range_ = range_of(choices);
     if (!choices.with_bounds) return;
     rules_.push_back(PlaneRule::kLeast);
     rules_.push_back(PlaneRule::kGreatest);
@@ -148,6 +149,19 @@ class ElevationCodec final : public ChannelCodec {
   }
 
  private:
+  // Least and greatest height that the format holds.
+  static CentreRange range_of(const HeightChoices& choices) {
+    const auto range = [](double least, double greatest) { return CentreRange{static_cast<float>(least), static_cast<float>(greatest)}; };
+    switch (choices.format) {
+      case TexelFormat::kR16:
+        return range(choices.codes.value(1.0), choices.codes.value(CodedHeights::kLargestCode));
+      case TexelFormat::kR16Float:
+        return range(-HalfHeights::kLargest, HalfHeights::kLargest);
+      default:
+        return range(std::numeric_limits<float>::lowest(), std::numeric_limits<float>::max());
+    }
+  }
+
   [[nodiscard]] float height_of(float height, float weight) const {
     return weight == 1.0F ? height : weight > 0.0F ? height / weight : choices_.fill.value_or(0.0F);
   }

@@ -147,6 +147,8 @@ nlohmann::ordered_json edge_rules_of(const LayerPlan& plan) {
   auto rules = nlohmann::ordered_json::array();
   if (shape.is_closed) rules.push_back("around the globe");
   if (coarsest > 0 && plan.kernel.taps > 2) rules.push_back("mirrored");
+  const bool cuts_texels = shape.filled_column(coarsest) < 1.0 || shape.filled_row(coarsest) < 1.0;
+  if (cuts_texels && plan.codec->centre_range() && !plan.kernel.is_point) rules.push_back("at centres");
   return rules;
 }
 

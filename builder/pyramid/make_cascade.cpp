@@ -9,7 +9,7 @@ std::unique_ptr<Cascade> make_cascade(std::vector<BlockLevel> levels, const Laye
                                       const channels::ChannelCodec& codec, const HalvingKernel& kernel, int tile_exponent) {
   if (codec.class_counting())
     return std::make_unique<ClassCascade>(std::move(levels), layer, outputs, *codec.class_counting(), tile_exponent);
-  const PlaneMeaning planes{codec.rules(), codec.weight_plane()};
+  const PlaneMeaning planes{codec.rules(), codec.weight_plane(), codec.centre_range()};
   return std::make_unique<PlaneCascade>(std::move(levels), layer, outputs, planes, kernel, tile_exponent);
 }
 

@@ -12,10 +12,12 @@ using channels::PlaneRow;
 PlaneCascade::PlaneCascade(std::vector<BlockLevel> levels, const LayerShape& layer, int outputs, const PlaneMeaning& planes,
                            const HalvingKernel& kernel, int tile_exponent)
     : Cascade(std::move(levels), outputs),
+      layer_(layer),
       rules_(planes.rules.begin(), planes.rules.end()),
       weight_plane_(planes.weight_plane),
       tile_exponent_(tile_exponent) {
   assert(level_count() > 0 && !level(0).active.empty());
+  if (planes.centre_range && !kernel.is_point) centres_.emplace(*planes.centre_range, rules_, weight_plane_);
   std::int64_t widest = 0;
   for (int k = 0; k < level_count(); ++k) {
     rows_.emplace_back(level(k), layer, rules_, PlaneHalver::rows_needed(kernel), kernel.reach());
@@ -34,6 +36,7 @@ void PlaneCascade::end_row(bool opaque, RowSink& sink) {
 }
 
 void PlaneCascade::row_is_written(int k, RowSink& sink) {
+  if (centres_ && k < outputs()) centres_->widen_bounds(rows(k), layer_, rows(k).next() - 1);
   emit_rows(k, sink);
   if (k + 1 == level_count()) return;
   PlaneRows& coarse = rows(k + 1);
@@ -55,8 +58,9 @@ void PlaneCascade::emit_rows(int k, RowSink& sink) {
       keep_carry_row(y, here.planes_or_nothing(y, place));
       continue;
     }
-    const channels::RowNeighbourhood found{here.planes_or_nothing(y - 1, place), here.planes_or_nothing(y, place),
-                                           here.planes_or_nothing(y + 1, place), here.is_opaque(y)};
+    channels::RowNeighbourhood found{here.planes_or_nothing(y - 1, place), here.planes_or_nothing(y, place),
+                                     here.planes_or_nothing(y + 1, place), here.is_opaque(y)};
+    if (centres_) centres_->move(here, layer_, y, core.x, core.width, at_centres_, found.here);
     sink.row(k, y, found);
   }
 }

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "builder/pyramid/cascade.h"
+#include "builder/pyramid/edge_centres.h"
 #include "builder/pyramid/halve_planes.h"
 #include "builder/pyramid/plane_rows.h"
 
@@ -15,6 +16,7 @@ namespace vt::pyramid {
 struct PlaneMeaning {
   std::span<const channels::PlaneRule> rules;
   int weight_plane = 0;
+  std::optional<channels::CentreRange> centre_range = {};
 };
 
 class PlaneCascade final : public Cascade {
@@ -34,12 +36,15 @@ class PlaneCascade final : public Cascade {
   void emit_rows(int k, RowSink& sink);
   void keep_carry_row(std::int64_t y, const channels::ConstPlaneRow& row);
 
+  LayerShape layer_;
   std::vector<channels::PlaneRule> rules_;
   int weight_plane_;
+  std::optional<EdgeCentres> centres_;
   int tile_exponent_;
   std::vector<PlaneRows> rows_;             // by level
   std::vector<std::int64_t> next_emitted_;  // by level: the row that is passed on next
   std::optional<PlaneHalver> halver_;
+  std::vector<float> at_centres_;  // a row of one plane
   std::vector<float> carry_;       // the tile that is left, plane after plane
   std::vector<float> carry_read_;  // tiles that are fed
 };

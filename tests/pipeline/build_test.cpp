@@ -36,6 +36,8 @@ Tiles tiles_by_definition(const Case& c, const LayerPlan& plan) {
     const Level l{static_cast<std::uint8_t>(level)};
     const bool copied = level == info.finest.value && plan.sampler->passes_texels();
     const TexelRect rect = info.tile_rect(l);
+    const bool moves = codec.centre_range() && !plan.kernel.is_point;
+    const test::WholeImage stored = moves ? test::at_centres(image, *codec.centre_range(), codec.weight_plane()) : image;
     for (std::int64_t ty = rect.y; ty < rect.bottom(); ++ty)
       for (std::int64_t tx = rect.x; tx < rect.right(); ++tx) {
         const TileId id{l, static_cast<std::uint32_t>(tx), static_cast<std::uint32_t>(ty)};
@@ -58,7 +60,7 @@ Tiles tiles_by_definition(const Case& c, const LayerPlan& plan) {
                 for (int p = 0; p < planes; ++p) {
                   const auto plane = static_cast<std::size_t>(p);
                   for (int i = 0; i < 3; ++i)
-                    around[r][plane][static_cast<std::size_t>(i)] = image.seen(qx + i - 1, qy + static_cast<int>(r) - 1, p, rules);
+                    around[r][plane][static_cast<std::size_t>(i)] = stored.seen(qx + i - 1, qy + static_cast<int>(r) - 1, p, rules);
                   (r == 0 ? rows.above : r == 1 ? rows.here : rows.below)[plane] = around[r][plane].data() + 1;
                 }
               EXPECT_TRUE(codec.encode_row(0, rows, 1, out).has_value());

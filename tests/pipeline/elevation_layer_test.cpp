@@ -66,6 +66,7 @@ TEST(ElevationLayer, BoundsHoldEveryHeightUnderThemInEveryFormatKernelSizeAndBlo
           const LevelValues stored_base(*b.reader, layer, layer.finest);
           for (int steps = 1; steps <= layer.finest.value; ++steps) {
             const LevelValues values(*b.reader, bounds, Level{static_cast<std::uint8_t>(layer.finest.value - steps)});
+            const LevelValues heights(*b.reader, layer, Level{static_cast<std::uint8_t>(layer.finest.value - steps)});
             double slack = 0.0;  // how far they may lie outside: what rounding adds
             for (std::int64_t y = 0; y < values.height(); ++y)
               for (std::int64_t x = 0; x < values.width(); ++x) {
@@ -85,7 +86,11 @@ TEST(ElevationLayer, BoundsHoldEveryHeightUnderThemInEveryFormatKernelSizeAndBlo
                 ASSERT_LE(values.at(x, y, 0), least) << format_info(format).name << " " << kernel << " " << steps << ": " << x << "," << y;
                 ASSERT_GE(values.at(x, y, 1), greatest)
                     << format_info(format).name << " " << kernel << " " << steps << ": " << x << "," << y;
-                slack = std::max({slack, least - values.at(x, y, 0), values.at(x, y, 1) - greatest});
+                const double stored = heights.is_void(x, y) ? least : heights.at(x, y);
+                ASSERT_TRUE(values.at(x, y, 0) <= stored && values.at(x, y, 1) >= stored) << "the level's own height";
+                // At a cut edge the level's own height is continued past those under the texel.
+                const bool is_cut = kernel == std::string("box") && ((x + 1) << steps > size.width || (y + 1) << steps > size.height);
+                if (!is_cut) slack = std::max({slack, least - values.at(x, y, 0), values.at(x, y, 1) - greatest});
               }
             // One step of the format at most: of floats none, of halves up to 1024 m half a metre, of codes over 2000 m 1/32 m.
             EXPECT_LE(slack, format == TexelFormat::kR32Float   ? 0.0
@@ -177,6 +182,26 @@ TEST(ElevationLayer, HeightsThatDoNotFitStopTheBuildAndAreNamed) {
   EXPECT_NE(report.error().message.find("1234.5"), std::string::npos) << report.error().message;
   EXPECT_NE(report.error().message.find("--range"), std::string::npos) << report.error().message;
   EXPECT_NE(report.error().message.find("row 20"), std::string::npos) << report.error().message;
+}
+
+// A slope that ends in a cut texel: the height at its centre would lie past the range, which was given for the heights that there are.
+TEST(ElevationLayer, HeightsAtCutEdgesStayWithinTheRangeThatWasGiven) {
+  const auto slope = [](std::int64_t x, std::int64_t, int) { return static_cast<double>(10 * x); };
+  const test::TempFolder folder;
+  write_raster(folder / "input.tif", {.width = 65, .height = 40, .bands = 1, .type = SampleType::kInt16}, slope);
+  LayerRequest request = request_for({folder / "input.tif"}, ChannelType::kElevation);
+  request.format = TexelFormat::kR16;
+  request.range = std::array<double, 2>{0.0, 640.0};
+  build(folder / "a.vts", request);
+  const auto reader = store::StoreReader::open(folder / "a.vts");
+  ASSERT_TRUE(reader.has_value());
+  const LayerInfo& layer = *reader->find_layer("elevation");
+  for (int steps = 0; steps <= layer.finest.value; ++steps) {
+    const LevelValues values(*reader, layer, Level{static_cast<std::uint8_t>(layer.finest.value - steps)});
+    const double last = values.at(values.width() - 1, 0);
+    EXPECT_GE(last, 640.0 - layer.components[0].scale);
+    EXPECT_LE(last, layer.components[0].offset + layer.components[0].scale * 65535.0);
+  }
 }
 
 TEST(ElevationLayer, FillIsStoredButPullsNoMeanDown) {
@@ -279,39 +304,42 @@ TEST_P(RealTerrain, KeepsItsMeanAndItsVoids) {
   ASSERT_TRUE(reader.has_value());
   const LayerInfo& layer = *reader->find_layer("elevation");
   const LevelValues base(*reader, layer, layer.finest);
-  // For every level: its mean, weighed by how many finest texels with data each texel stands for, is the mean of the finest.
-  double finest_sum = 0.0;
-  double finest_count = 0.0;
-  for (std::int64_t y = 0; y < base.height(); ++y)
-    for (std::int64_t x = 0; x < base.width(); ++x)
-      if (!base.is_void(x, y)) {
-        finest_sum += base.at(x, y);
-        finest_count += 1.0;
-      }
-  ASSERT_GT(finest_count, 0.0);
+  // For every level: its mean, weighed by how many finest texels with data each texel stands for, is the mean of the finest. Where the edge
+  // cuts a texel, its height is not a mean but that of its centre.
   for (int steps = 1; steps <= layer.finest.value; ++steps) {
     const Level level{static_cast<std::uint8_t>(layer.finest.value - steps)};
     const LevelValues values(*reader, layer, level);
     const LevelValues bounds(*reader, *reader->find_layer("elevation/bounds"), level);
     double sum = 0.0;
+    double finest_sum = 0.0;
+    double finest_count = 0.0;
     for (std::int64_t y = 0; y < values.height(); ++y)
       for (std::int64_t x = 0; x < values.width(); ++x) {
+        const bool is_cut = (x + 1) << steps > base.width() || (y + 1) << steps > base.height();
         double count = 0.0;
+        double heights = 0.0;
         double least = 1e9;
         double greatest = -1e9;
         for (std::int64_t v = y << steps; v < std::min((y + 1) << steps, base.height()); ++v)
           for (std::int64_t u = x << steps; u < std::min((x + 1) << steps, base.width()); ++u)
             if (!base.is_void(u, v)) {
               count += 1.0;
+              heights += base.at(u, v);
               least = std::min(least, base.at(u, v));
               greatest = std::max(greatest, base.at(u, v));
             }
         ASSERT_EQ(values.is_void(x, y), count == 0.0) << "level " << int{level.value} << ": " << x << "," << y;
         if (count == 0.0) continue;
-        sum += count * values.at(x, y);
+        ASSERT_LE(bounds.at(x, y, 0), least);
+        ASSERT_GE(bounds.at(x, y, 1), greatest);
+        if (is_cut) continue;
         ASSERT_EQ(bounds.at(x, y, 0), least);
         ASSERT_EQ(bounds.at(x, y, 1), greatest);
+        sum += count * values.at(x, y);
+        finest_sum += heights;
+        finest_count += count;
       }
+    ASSERT_GT(finest_count, 0.0);
     // One rounding of floats a level, in sums of heights below 2^13: 2^-11 m of each texel at most, and not all one way.
     EXPECT_NEAR(sum / finest_count, finest_sum / finest_count, 0x1p-11 * steps) << "level " << int{level.value};
   }

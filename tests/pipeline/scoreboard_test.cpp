@@ -259,18 +259,27 @@ double inside(std::int64_t i, int steps, std::int64_t size) {
 }
 
 TEST(Scoreboard, OddSizesKeepTheirPlace) {
-  // 257 columns: a ramp of heights, whose values are the positions of their centres.
-  const Tiles tiles = build_tiles({.width = 257, .height = 40, .bands = 1, .type = SampleType::kFloat32}, ChannelType::kElevation, "box",
-                                  [](std::int64_t x, std::int64_t, int) { return static_cast<double>(x) + 0.5; });
-  for (int steps = 1; steps <= 4; ++steps) {
-    const Level level{static_cast<std::uint8_t>(4 - steps)};
-    const std::int64_t scale = std::int64_t{1} << steps;
-    const std::int64_t width = (257 + scale - 1) / scale;
-    for (std::int64_t x = 0; x < width; ++x) {
-      // The last texel covers only column 256; its mean is that column's.
-      const double wanted = (x + 1) * scale <= 257 ? (static_cast<double>(x) + 0.5) * static_cast<double>(scale) : 256.5;
-      EXPECT_NEAR((texel_at<float, 1>(tiles, kTile, level, x, 0))[0], wanted, 0.01 * static_cast<double>(scale))
-          << "level " << int{level.value};
+  // A slope of heights, whose values are places: each texel has that of its centre, which may lie outside the data.
+  struct Size {
+    std::int64_t width;
+    std::int64_t height;
+  };
+  const auto slope = [](double x, double y) { return x + 3.0 * y; };
+  for (const Size size : {Size{257, 65}, Size{65, 257}, Size{100, 99}, Size{256, 40}}) {
+    auto reader = built(
+        {.width = size.width, .height = size.height, .bands = 1, .type = SampleType::kFloat32},
+        [&](std::int64_t x, std::int64_t y, int) { return slope(static_cast<double>(x) + 0.5, static_cast<double>(y) + 0.5); },
+        request_for({}, ChannelType::kElevation));
+    ASSERT_TRUE(reader.has_value());
+    const LayerInfo& layer = *reader->find_layer("elevation");
+    for (int steps = 0; steps <= layer.finest.value; ++steps) {
+      const LevelValues values(*reader, layer, Level{static_cast<std::uint8_t>(layer.finest.value - steps)});
+      const double scale = std::exp2(steps);
+      for (std::int64_t y = 0; y < values.height(); ++y)
+        for (std::int64_t x = 0; x < values.width(); ++x)
+          // Floats below 2048, of which a few are added up: 2^-10.
+          ASSERT_NEAR(values.at(x, y), slope((static_cast<double>(x) + 0.5) * scale, (static_cast<double>(y) + 0.5) * scale), 0x1p-10)
+              << size.width << " x " << size.height << ", " << steps << " levels up: " << x << ", " << y;
     }
   }
 }

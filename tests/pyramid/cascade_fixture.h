@@ -76,6 +76,7 @@ struct PyramidRun {
   const test::WholeImage& base;
   const HalvingKernel& kernel;
   const test::PlaneRules& rules;
+  std::optional<channels::CentreRange> centre_range = {};
   int tile_exponent = 3;
   int levels_at_once = 3;         // of each tier
   const Levels* truth = nullptr;  // of the neighbours
@@ -102,7 +103,7 @@ inline Levels levels_by_cascade(const PyramidRun& run) {
     for (std::int64_t by = data.y / block; by * block < data.bottom(); ++by)
       for (std::int64_t bx = data.x / block; bx * block < data.right(); ++bx) {
         PlaneCascade cascade(plan_block({bx * block, by * block, block, block}, layer, depth, outputs, with_carry, run.kernel), layer,
-                             outputs, {run.rules.rules, run.rules.weight_plane}, run.kernel, run.tile_exponent);
+                             outputs, {run.rules.rules, run.rules.weight_plane, run.centre_range}, run.kernel, run.tile_exponent);
         collector.begin_block(cascade);
         const BlockLevel& base = cascade.level(0);
         if (depth == 0) {

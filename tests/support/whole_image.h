@@ -178,6 +178,33 @@ inline WholeImage halve_whole(const WholeImage& fine, const pyramid::HalvingKern
       }
   return coarse;
 }
+// What is stored of a level whose first plane holds values at centres: those of texels that the east or south edge cuts are continued from
+// the texel before, along the rows first, see builder/pyramid/edge_centres.h.
+inline WholeImage at_centres(WholeImage image, const channels::CentreRange& range, int weight_plane) {
+  const TexelRect& data = image.data;
+  const auto at = [&](std::int64_t x, std::int64_t y) { return static_cast<std::size_t>((y - data.y) * data.width + (x - data.x)); };
+  std::vector<double> heights(static_cast<std::size_t>(data.width * data.height));
+  for (std::int64_t y = data.y; y < data.bottom(); ++y)
+    for (std::int64_t x = data.x; x < data.right(); ++x)
+      if (const double weight = image.get(x, y, weight_plane); weight > 0.0)
+        heights[at(x, y)] = static_cast<double>(image.get(x, y, 0)) / weight;
+  const auto move = [&](std::int64_t x, std::int64_t y, std::int64_t before_x, std::int64_t before_y, double filled) {
+    const double weight = image.get(x, y, weight_plane);
+    if (weight <= 0.0 || image.get(before_x, before_y, weight_plane) <= 0.0F) return;
+    double& last = heights[at(x, y)];
+    const double value = last + (last - heights[at(before_x, before_y)]) * ((1.0 - filled) / (1.0 + filled));
+    last = std::clamp(value, std::min<double>(range.least, last), std::max<double>(range.greatest, last));
+    image.at(x, y, 0) = static_cast<float>(last * weight);
+  };
+  const double column = image.layer.filled_column(image.depth);
+  const double row = image.layer.filled_row(image.depth);
+  for (std::int64_t y = data.y; column < 1.0 && data.width > 1 && y < data.bottom(); ++y)
+    move(data.right() - 1, y, data.right() - 2, y, column);
+  for (std::int64_t x = data.x; row < 1.0 && data.height > 1 && x < data.right(); ++x)
+    move(x, data.bottom() - 1, x, data.bottom() - 2, row);
+  return image;
+}
+
 inline WholeImage halve_whole(const WholeImage& fine, const pyramid::HalvingKernel& kernel) {
   return halve_whole(fine, kernel, PlaneRules::linear(fine.planes));
 }
