@@ -44,9 +44,9 @@ HWY_INLINE void load_texels(const std::uint8_t* rows, std::size_t pitch, Texels<
   }
 }
 
-// A vector of Bc6hChoice, and the squared error of each.
+// A vector of Bc6hChoice, and what each costs.
 struct Choices {
-  F error;
+  F cost;
   U mode;
   U partition;
   HalfEnd ends[4];
@@ -54,8 +54,8 @@ struct Choices {
 };
 
 HWY_INLINE void keep_better(Choices& best, const Choices& other) {
-  const FloatMask better = hn::Lt(other.error, best.error);
-  best.error = hn::Min(other.error, best.error);
+  const FloatMask better = hn::Lt(other.cost, best.cost);
+  best.cost = hn::Min(other.cost, best.cost);
   best.mode = select(better, other.mode, best.mode);
   best.partition = select(better, other.partition, best.partition);
   for (int end = 0; end < 4; ++end) best.ends[end] = select(better, other.ends[end], best.ends[end]);
@@ -110,7 +110,10 @@ HWY_INLINE Choices one_subset_choice(const Line<3>& fitted, const Line<3>& kept,
   }
   choices.ends[0] = choices.ends[2] = end0;
   choices.ends[1] = choices.ends[3] = end1;
-  choices.error = evaluate_halves(end0, end1, fitted, kept, 4, texels, WholeBlock(), choices.indices);
+  F weights[16];
+  pick_indices(end0, end1, fitted, kept, 4, texels, WholeBlock(), choices.indices, weights);
+  const SubsetLight wanted = light_of_subset(weights, texels, WholeBlock());
+  choices.cost = added(zero(), channel_costs(end0.value, end1.value, weights, wanted, kFreeLight, texels, WholeBlock()));
   return choices;
 }
 
@@ -164,14 +167,139 @@ HWY_NOINLINE Choices two_subsets(const Texels<3>& texels, U partition, int passe
     choices.mode = m == 9 ? bits(kTwoSubsetModes[m]) : select(fits, bits(kTwoSubsetModes[m]), choices.mode);
     for (int end = 0; end < 4; ++end) choices.ends[end] = m == 9 ? ends[end] : select(fits, ends[end], choices.ends[end]);
   }
-  choices.error = zero();
+  choices.cost = zero();
   choices.indices[0] = choices.indices[1] = bits(0);
   for (int s = 0; s < 2; ++s) {
+    const HalfEnd& end0 = choices.ends[2 * s];
+    const HalfEnd& end1 = choices.ends[2 * s + 1];
     U indices[2];
-    choices.error = hn::Add(
-        choices.error, evaluate_halves(choices.ends[2 * s], choices.ends[2 * s + 1], fitted[s], kept[s], 3, texels, subsets[s], indices));
+    F weights[16];
+    pick_indices(end0, end1, fitted[s], kept[s], 3, texels, subsets[s], indices, weights);
+    const SubsetLight wanted = light_of_subset(weights, texels, subsets[s]);
+    choices.cost = added(choices.cost, channel_costs(end0.value, end1.value, weights, wanted, kFreeLight, texels, subsets[s]));
     for (int half = 0; half < 2; ++half) choices.indices[half] = hn::Or(choices.indices[half], indices[half]);
   }
+  return choices;
+}
+
+// How the codes of each lane's mode are made.
+struct Coding {
+  FloatMask one_subset;
+  FloatMask is_exact;  // codes of 16 bits are the numbers themselves
+  F step;              // numbers from one code to the next
+  F last;              // code
+  Color<3> most;       // codes from the least to the greatest end of a channel, and one more
+
+  HWY_INLINE explicit Coding(U mode) {
+    one_subset = is_exact = nowhere();
+    step = last = zero();
+    for (int k = 0; k < 3; ++k) most.c[k] = constant(65536.0F);
+    for (std::uint32_t row = 0; row < store::kBc6hModes.size(); ++row) {
+      const store::Bc6hMode& info = store::kBc6hModes[row];
+      const FloatMask is_row = hn::RebindMask(FloatTag(), hn::Eq(mode, bits(row)));
+      const auto codes = static_cast<float>(1U << info.base_bits);
+      if (info.subsets == 1) one_subset = hn::Or(one_subset, is_row);
+      if (info.base_bits == 16) is_exact = hn::Or(is_exact, is_row);
+      step = hn::IfThenElse(is_row, constant(65536.0F / codes), step);
+      last = hn::IfThenElse(is_row, constant(codes - 1.0F), last);
+      for (int k = 0; info.transformed && k < 3; ++k)
+        most.c[k] =
+            hn::IfThenElse(is_row, constant(static_cast<float>(1 << (info.delta_bits[static_cast<std::size_t>(k)] - 1))), most.c[k]);
+    }
+  }
+
+  // As half_end() has it.
+  HWY_INLINE F number(F code) const {
+    F value = hn::Mul(hn::Add(code, constant(0.5F)), step);
+    value = hn::IfThenElse(hn::Eq(code, zero()), zero(), value);
+    value = hn::IfThenElse(hn::Eq(code, last), constant(65535.0F), value);
+    return hn::IfThenElse(is_exact, code, value);
+  }
+};
+
+// Single steps of single codes, as long as they cost less, two rounds of them; the indices stay. What the modes' rounding of the ends took
+// from the light comes back here.
+HWY_NOINLINE void step_ends(const Texels<3>& texels, Choices& choices) {
+  const Coding coding(choices.mode);
+  const U one_subset = hn::VecFromMask(UintTag(), hn::RebindMask(UintTag(), coding.one_subset));
+  Subset subsets[2];
+  subsets_of(choices.partition, subsets);
+  // The first of one subset has all texels, the second none.
+  subsets[0].mask = hn::Or(subsets[0].mask, hn::And(one_subset, bits(0xFFFF)));
+  subsets[1].mask = hn::AndNot(one_subset, subsets[1].mask);
+  const F last_index = hn::IfThenElse(coding.one_subset, constant(64.0F / 15.0F), constant(64.0F / 7.0F));
+  F weights[16];
+  for (std::size_t i = 0; i < 16; ++i) {
+    const U index = hn::And(hn::ShiftRightSame(choices.indices[i / 8], static_cast<int>(i % 8 * 4)), bits(15));
+    weights[i] = rounded(hn::Mul(hn::ConvertTo(FloatTag(), hn::BitCast(IntTag(), index)), last_index));
+  }
+  SubsetLight wanted[2];
+  Color<3> best[2];
+  for (int s = 0; s < 2; ++s) {
+    wanted[s] = light_of_subset(weights, texels, subsets[s]);
+    best[s] = channel_costs(choices.ends[2 * s].value, choices.ends[2 * s + 1].value, weights, wanted[s], 0.0F, texels, subsets[s]);
+  }
+  for (int round = 0; round < 2; ++round) {
+    for (int s = 0; s < 2; ++s) {
+      const HalfEnd start[2] = {choices.ends[2 * s], choices.ends[2 * s + 1]};
+      HalfEnd kept[2] = {start[0], start[1]};
+      for (int end = 0; end < 2; ++end) {
+        for (const float step : {-1.0F, 1.0F}) {
+          HalfEnd moved[2] = {start[0], start[1]};
+          FloatMask is_possible[3];
+          for (int k = 0; k < 3; ++k) {
+            const F code = hn::Add(start[end].code.c[k], constant(step));
+            moved[end].code.c[k] = code;
+            moved[end].value.c[k] = coding.number(code);
+            F low = hn::Min(moved[0].code.c[k], moved[1].code.c[k]);
+            F high = hn::Max(moved[0].code.c[k], moved[1].code.c[k]);
+            for (int other = 0; other < 2; ++other) {
+              // Of one subset the others are copies of these.
+              const F there = hn::IfThenElse(coding.one_subset, low, choices.ends[2 - 2 * s + other].code.c[k]);
+              low = hn::Min(low, there);
+              high = hn::Max(high, there);
+            }
+            is_possible[k] =
+                hn::And(hn::And(hn::Ge(code, zero()), hn::Le(code, coding.last)), hn::Lt(hn::Sub(high, low), coding.most.c[k]));
+          }
+          const Color<3> costs = channel_costs(moved[0].value, moved[1].value, weights, wanted[s], 0.0F, texels, subsets[s]);
+          for (int k = 0; k < 3; ++k) {
+            const FloatMask better = hn::And(is_possible[k], hn::Lt(costs.c[k], best[s].c[k]));
+            best[s].c[k] = hn::IfThenElse(better, costs.c[k], best[s].c[k]);
+            for (int e = 0; e < 2; ++e) {
+              kept[e].code.c[k] = hn::IfThenElse(better, moved[e].code.c[k], kept[e].code.c[k]);
+              kept[e].value.c[k] = hn::IfThenElse(better, moved[e].value.c[k], kept[e].value.c[k]);
+            }
+          }
+        }
+      }
+      for (int e = 0; e < 2; ++e) choices.ends[2 * s + e] = kept[e];
+      if (s == 0)
+        for (int e = 0; e < 2; ++e) choices.ends[2 + e] = select(coding.one_subset, kept[e], choices.ends[2 + e]);
+    }
+  }
+}
+
+// All texels in the half nearest to their mean light: where light and darkness alternate so that no line follows, this at least keeps it.
+HWY_NOINLINE Choices one_color(const Texels<3>& texels) {
+  Color<3> mean;
+  for (int k = 0; k < 3; ++k) {
+    F sum = zero();
+    for (std::size_t i = 0; i < 16; ++i) sum = hn::Add(sum, light(integer_bits(texels.get(i).c[k])));
+    // The other way than light(); halves up.
+    const U shifted = hn::BitCast(UintTag(), hn::Mul(sum, constant(0x1p-112F / 16.0F)));
+    const U code = hn::ShiftRight<13>(hn::Add(shifted, bits(0x1000)));
+    mean.c[k] = hn::ConvertTo(FloatTag(), hn::BitCast(IntTag(), code));
+  }
+  Choices choices;
+  choices.mode = bits(13);
+  choices.partition = choices.indices[0] = choices.indices[1] = bits(0);
+  const HalfEnd end = half_end(mean, 16);
+  for (HalfEnd& one : choices.ends) one = end;
+  F weights[16];
+  for (F& weight : weights) weight = zero();
+  const SubsetLight wanted = light_of_subset(weights, texels, WholeBlock());
+  choices.cost = added(zero(), channel_costs(end.value, end.value, weights, wanted, kFreeLight, texels, WholeBlock()));
   return choices;
 }
 
@@ -188,6 +316,8 @@ HWY_INLINE void encode_batch(const std::uint8_t* rows, std::size_t pitch, Qualit
     const int trials = quality == Quality::kBest ? kMostTrials : 1;
     for (int k = 0; k < trials; ++k) keep_better(best, two_subsets(texels, ranking.partition[k], 2));
   }
+  keep_better(best, one_color(texels));
+  step_ends(texels, best);
   write_blocks(best, blocks);
 }
 

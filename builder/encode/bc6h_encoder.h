@@ -1,7 +1,8 @@
 // Texels of half floats to blocks of the unsigned BC6H format. The error that is made small is the squared difference of half codes, the
 // integers behind positive halves: 1024 of them are one octave, so the same relative error weighs the same in a dark and in a bright block.
-// Under that, the sum of linear light of each channel in a block is kept: after least squares the end points move, at the least cost in
-// squared error, to where the decoded sum is the source's. One block per SIMD lane, run-time dispatch. Pure functions, any thread, no
+// Beside that, the sum of linear light of each channel in a block is kept: after least squares the end points move, at the least cost in
+// squared error, to where the decoded sum is the source's; of several candidates the one is taken that costs least, light included; and at
+// last single codes of its ends step to where it costs less. One block per SIMD lane, run-time dispatch. Pure functions, any thread, no
 // allocation; every CPU target makes the same bytes.
 #pragma once
 

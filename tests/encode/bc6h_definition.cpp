@@ -1,5 +1,6 @@
 #include "tests/encode/bc6h_definition.h"
 
+#include <bit>
 #include <utility>
 #include <vector>
 
@@ -81,45 +82,116 @@ std::uint32_t unquantized(std::uint32_t code, int bits) {
   return code == (1U << bits) - 1U ? 0xFFFFU : (code << 16U | 0x8000U) >> bits;
 }
 
+// What a candidate stores, and what it costs: over subsets and channels, the squared error of codes, and kLightWeight times the least such
+// error that would bring the sum of light back, but for a share kFreeLight of it.
 struct Candidate {
   Bc6hChoice choice;
-  float error = 0;
+  float cost = 0;
 };
+constexpr float kLightWeight = 128;
+constexpr float kFreeLight = 0.02F;
 
-// Indices and error of subset `subset`, whose texels are those in `mask`. Texels move with the line from `fitted` to `kept`.
-void evaluate(Candidate& candidate, std::size_t subset, std::uint32_t mask, const Line<3>& fitted, const Line<3>& kept,
-              const Texels<3>& texels) {
+unsigned index_bits(const Candidate& candidate) { return store::kBc6hModes[candidate.choice.mode].subsets == 1 ? 4 : 3; }
+float weight_of(const Candidate& candidate, std::size_t i) {
+  return static_cast<float>(store::bptc_weight(index_bits(candidate), static_cast<unsigned>(candidate.choice.indices >> (4 * i) & 15U)));
+}
+
+// Indices of subset `subset`, whose texels are those in `mask`. Texels move with the line from `fitted` to `kept`.
+void pick_indices(Candidate& candidate, std::size_t subset, std::uint32_t mask, const Line<3>& fitted, const Line<3>& kept,
+                  const Texels<3>& texels) {
   const store::Bc6hMode& mode = store::kBc6hModes[candidate.choice.mode];
-  const unsigned index_bits = mode.subsets == 1 ? 4 : 3;
-  EndCode value0 = candidate.choice.ends[2 * subset], value1 = candidate.choice.ends[2 * subset + 1];
   Line<3> line;
   for (std::size_t k = 0; k < 3; ++k) {
-    value0[k] = unquantized(value0[k], mode.base_bits), value1[k] = unquantized(value1[k], mode.base_bits);
-    line.end0[k] = static_cast<float>(value0[k]) * (31.0F / 64.0F) - 0.5F;
-    line.end1[k] = static_cast<float>(value1[k]) * (31.0F / 64.0F) - 0.5F;
+    line.end0[k] = static_cast<float>(unquantized(candidate.choice.ends[2 * subset][k], mode.base_bits)) * (31.0F / 64.0F) - 0.5F;
+    line.end1[k] = static_cast<float>(unquantized(candidate.choice.ends[2 * subset + 1][k], mode.base_bits)) * (31.0F / 64.0F) - 0.5F;
   }
-  const Projection<3> projection(line, index_bits), on_fitted(fitted, index_bits);
-  // Two halves of the block, the last texel first: the order in which the indices are packed.
-  for (const std::size_t half : {0, 8}) {
-    for (std::size_t i = half + 8; i-- > half;) {
-      if (!has(mask, i)) continue;
-      const auto weight = static_cast<float>(store::bptc_weight(index_bits, on_fitted.index(texels[i])));
-      Color<3> moved = texels[i];
-      for (std::size_t k = 0; k < 3; ++k) {
-        const float shift0 = kept.end0[k] - fitted.end0[k];
-        const float shift_along = ((kept.end1[k] - fitted.end1[k]) - shift0) * (1.0F / 64.0F);
-        moved[k] += shift0 + shift_along * weight;
-      }
-      const std::uint32_t index = projection.index(moved);
-      candidate.choice.indices |= std::uint64_t{index} << (4 * i);
-      float sum = 0;
-      for (std::size_t k = 0; k < 3; ++k) {
-        const auto decoded =
-            static_cast<float>(store::bptc_interpolated(value0[k], value1[k], store::bptc_weight(index_bits, index)) * 31 / 64);
-        sum += (decoded - texels[i][k]) * (decoded - texels[i][k]);
-      }
-      candidate.error += sum;
+  const Projection<3> projection(line, index_bits(candidate)), on_fitted(fitted, index_bits(candidate));
+  for (std::size_t i = 0; i < 16; ++i) {
+    if (!has(mask, i)) continue;
+    const auto weight = static_cast<float>(store::bptc_weight(index_bits(candidate), on_fitted.index(texels[i])));
+    Color<3> moved = texels[i];
+    for (std::size_t k = 0; k < 3; ++k) {
+      const float shift0 = kept.end0[k] - fitted.end0[k];
+      const float shift_along = ((kept.end1[k] - fitted.end1[k]) - shift0) * (1.0F / 64.0F);
+      moved[k] += shift0 + shift_along * weight;
     }
+    candidate.choice.indices |= std::uint64_t{projection.index(moved)} << (4 * i);
+  }
+}
+
+// Of each channel of a subset: its light, and kLightWeight over the square of the light that a unit of squared error buys at the texels'
+// positions, see nearer_in_light().
+struct SubsetLight {
+  Color<3> total{};
+  Color<3> cost{};
+};
+
+SubsetLight light_of_subset(const Candidate& candidate, std::uint32_t mask, const Texels<3>& texels) {
+  float a = 0, b = 0, c = 0, count = 0;
+  Color<3> slope0{}, slope1{};
+  SubsetLight result;
+  for (std::size_t i = 0; i < 16; ++i) {
+    if (!has(mask, i)) continue;
+    count += 1;
+    const float t = weight_of(candidate, i) * (1.0F / 64.0F);
+    const float s = 1.0F - t;
+    a += s * s, b += s * t, c += t * t;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const auto code = static_cast<std::uint32_t>(texels[i][k]);
+      slope0[k] += light_step(code) * s;
+      slope1[k] += light_step(code) * t;
+      result.total[k] += light(code);
+    }
+  }
+  const float determinant = a * c - b * b;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const float both = slope0[k] + slope1[k];
+    const float gain = determinant > 1e-3F
+                           ? (slope0[k] * (c * slope0[k] - b * slope1[k]) + slope1[k] * (a * slope1[k] - b * slope0[k])) / determinant
+                           : both * both / std::max(count, 1.0F);
+    result.cost[k] = kLightWeight / std::max(gain, 1e-30F);
+  }
+  return result;
+}
+
+// Of each channel of a subset with these ends, a share `free_light` of the light being free.
+Color<3> channel_costs(const Candidate& candidate, const EndCode& end0, const EndCode& end1, std::uint32_t mask, const SubsetLight& wanted,
+                       float free_light, const Texels<3>& texels) {
+  const store::Bc6hMode& mode = store::kBc6hModes[candidate.choice.mode];
+  Color<3> squares{}, total{}, costs{};
+  for (std::size_t i = 0; i < 16; ++i) {
+    if (!has(mask, i)) continue;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const std::uint32_t decoded = store::bptc_interpolated(unquantized(end0[k], mode.base_bits), unquantized(end1[k], mode.base_bits),
+                                                             static_cast<unsigned>(weight_of(candidate, i))) *
+                                    31 / 64;
+      const float d = static_cast<float>(decoded) - texels[i][k];
+      squares[k] += d * d;
+      total[k] += light(decoded);
+    }
+  }
+  for (std::size_t k = 0; k < 3; ++k) {
+    const float excess = std::max(std::abs(wanted.total[k] - total[k]) - free_light * wanted.total[k], 0.0F);
+    costs[k] = squares[k] + excess * excess * wanted.cost[k];
+  }
+  return costs;
+}
+
+std::uint32_t subset_mask(std::size_t partition, std::size_t subset) {
+  return subset == 1 ? store::kTwoSubsets[partition] : store::kTwoSubsets[partition] ^ kWholeBlock;
+}
+std::uint32_t subset_mask(const Candidate& candidate, std::size_t subset) {
+  if (store::kBc6hModes[candidate.choice.mode].subsets == 1) return subset == 0 ? kWholeBlock : 0;
+  return subset_mask(candidate.choice.partition, subset);
+}
+
+void add_costs(Candidate& candidate, const Texels<3>& texels) {
+  candidate.cost = 0;
+  for (std::size_t s = 0; s < 2; ++s) {
+    const std::uint32_t mask = subset_mask(candidate, s);
+    const Color<3> costs = channel_costs(candidate, candidate.choice.ends[2 * s], candidate.choice.ends[2 * s + 1], mask,
+                                         light_of_subset(candidate, mask, texels), kFreeLight, texels);
+    for (const float cost : costs) candidate.cost += cost;
   }
 }
 
@@ -145,14 +217,11 @@ Candidate one_subset(const Texels<3>& texels, int passes) {
       candidate.choice.ends = {end0, end1, end0, end1};
       if (!mode.transformed || differences_fit(end0, end1, mode)) break;
     }
-    evaluate(candidate, 0, kWholeBlock, line, kept, texels);
-    if (pass == 0 || candidate.error < best.error) best = candidate;
+    pick_indices(candidate, 0, kWholeBlock, line, kept, texels);
+    add_costs(candidate, texels);
+    if (pass == 0 || candidate.cost < best.cost) best = candidate;
   }
   return best;
-}
-
-std::uint32_t subset_mask(std::size_t partition, std::size_t subset) {
-  return subset == 1 ? store::kTwoSubsets[partition] : store::kTwoSubsets[partition] ^ kWholeBlock;
 }
 
 Candidate two_subsets(const Texels<3>& texels, std::size_t partition) {
@@ -180,14 +249,66 @@ Candidate two_subsets(const Texels<3>& texels, std::size_t partition) {
       for (std::size_t q = 0; q < p; ++q) fits = fits && differences_fit(ends[p], ends[q], mode);
     if (fits || !mode.transformed) break;
   }
-  std::array<float, 2> errors{};
-  for (std::size_t s = 0; s < 2; ++s) {
-    candidate.error = 0;
-    evaluate(candidate, s, subset_mask(partition, s), fitted[s], kept[s], texels);
-    errors[s] = candidate.error;
-  }
-  candidate.error = errors[0] + errors[1];
+  for (std::size_t s = 0; s < 2; ++s) pick_indices(candidate, s, subset_mask(partition, s), fitted[s], kept[s], texels);
+  add_costs(candidate, texels);
   return candidate;
+}
+
+// All texels in the half nearest to their mean light.
+Candidate one_color(const Texels<3>& texels) {
+  Color<3> sum{};
+  for (const Color<3>& texel : texels)
+    for (std::size_t k = 0; k < 3; ++k) sum[k] += light(static_cast<std::uint32_t>(texel[k]));
+  Color<3> mean{};
+  for (std::size_t k = 0; k < 3; ++k) {
+    // Exponent and mantissa of a half are those of a float 112 octaves down; halves up.
+    const auto bits = std::bit_cast<std::uint32_t>(sum[k] * (0x1p-112F / 16.0F));
+    mean[k] = static_cast<float>((bits + 0x1000U) >> 13U);
+  }
+  Candidate candidate;
+  candidate.choice.mode = 13;
+  candidate.choice.ends.fill(nearest(mean, 16));
+  add_costs(candidate, texels);
+  return candidate;
+}
+
+// Single steps of single codes, as long as they cost less, two rounds of them; the indices stay.
+void step_ends(Candidate& candidate, const Texels<3>& texels) {
+  const store::Bc6hMode& mode = store::kBc6hModes[candidate.choice.mode];
+  const std::size_t subsets = mode.subsets == 1 ? 1 : 2;
+  auto& ends = candidate.choice.ends;
+  for (int round = 0; round < 2; ++round)
+    for (std::size_t s = 0; s < subsets; ++s) {
+      const std::uint32_t mask = subset_mask(candidate, s);
+      const SubsetLight wanted = light_of_subset(candidate, mask, texels);
+      Color<3> best = channel_costs(candidate, ends[2 * s], ends[2 * s + 1], mask, wanted, 0.0F, texels);
+      const std::array<EndCode, 2> start{ends[2 * s], ends[2 * s + 1]};
+      std::array<EndCode, 2> kept = start;
+      for (const std::size_t end : {0, 1})
+        for (const int step : {-1, 1}) {
+          std::array<EndCode, 2> moved = start;
+          std::array<bool, 3> is_possible{};
+          for (std::size_t k = 0; k < 3; ++k) {
+            const int code = static_cast<int>(start[end][k]) + step;
+            is_possible[k] = code >= 0 && code < 1 << mode.base_bits;
+            if (is_possible[k]) moved[end][k] = static_cast<std::uint32_t>(code);
+            std::uint32_t low = moved[0][k], high = moved[0][k];
+            for (std::size_t e = 0; e < 2 * subsets; ++e) {
+              const std::uint32_t other = e / 2 == s ? moved[e % 2][k] : ends[e][k];
+              low = std::min(low, other), high = std::max(high, other);
+            }
+            is_possible[k] = is_possible[k] && (!mode.transformed || high - low < 1U << (mode.delta_bits[k] - 1));
+          }
+          const Color<3> costs = channel_costs(candidate, moved[0], moved[1], mask, wanted, 0.0F, texels);
+          for (std::size_t k = 0; k < 3; ++k) {
+            if (!is_possible[k] || !(costs[k] < best[k])) continue;
+            best[k] = costs[k];
+            kept[0][k] = moved[0][k], kept[1][k] = moved[1][k];
+          }
+        }
+      ends[2 * s] = kept[0], ends[2 * s + 1] = kept[1];
+      if (subsets == 1) ends[2] = kept[0], ends[3] = kept[1];
+    }
 }
 
 // Sums of channels and products over some texels, in the order in which the encoder adds them.
@@ -251,9 +372,11 @@ std::array<std::byte, 16> encode_bc6h_block_by_definition(const HalfTexels& halv
     const std::vector<std::size_t> order = ranked(texels);
     for (std::size_t k = 0; k < (quality == Quality::kBest ? 6 : 1); ++k) {
       const Candidate candidate = two_subsets(texels, order[k]);
-      if (candidate.error < best.error) best = candidate;
+      if (candidate.cost < best.cost) best = candidate;
     }
   }
+  if (const Candidate flat = one_color(texels); flat.cost < best.cost) best = flat;
+  step_ends(best, texels);
   std::array<std::byte, 16> block{};
   write_bc6h_block(best.choice, block);
   return block;

@@ -145,15 +145,39 @@ TEST(Bc6hEncoder, AHotTexelInTheDarkKeepsBoth) {
   }
 }
 
-TEST(Bc6hEncoder, NoBlockIsWorseAtAHigherQuality) {
-  for (const HalfImage& source : {hostile_image(), night_image(256, 256, 2), noise_half_image(128, 128, 6, 2)}) {
+// Of blocks it need not be true, and of pictures only nearly between the upper two: what is made small is not the squared error of codes
+// alone, and of noise in which lines hardly help six partitions offer more light to keep than one.
+TEST(Bc6hEncoder, NoPictureIsWorseAtAHigherQuality) {
+  for (const HalfImage& source : {hostile_image(), night_image(256, 256, 2), noise_half_image(128, 128, 6, 2), city_lights(256, 256, 3)}) {
     const HalfImage image = storable(source);
-    std::array<std::vector<double>, 3> errors;
-    for (std::size_t q = 0; q < 3; ++q) errors[q] = bc6h_block_errors(image, encoded_bc6h(image, kQualities[q]));
-    for (std::size_t i = 0; i < errors[0].size(); ++i) {
-      // The encoder adds the squares in floats: a few units of their last place.
-      ASSERT_LE(errors[1][i], errors[0][i] * 1.00001) << "block " << i;
-      ASSERT_LE(errors[2][i], errors[1][i] * 1.00001) << "block " << i;
+    std::array<double, 3> errors{};
+    for (std::size_t q = 0; q < 3; ++q) errors[q] = rms_octaves(image, encoded_bc6h(image, kQualities[q]));
+    EXPECT_LE(errors[1], errors[0]);
+    EXPECT_LE(errors[2], 1.005 * errors[1]);
+  }
+}
+
+// Lamps in darkness on every level of a pyramid: the ends of a block have to reach from one to the other, so that each index is an octave
+// or more from the next, and what a single block does to the light is percents. Light is kept to 0.1 % where there are 64 blocks to it, all
+// channels together; one channel of them has a third of the numbers.
+TEST(Bc6hEncoder, LightOfLampsInTheDarkIsKeptOnEveryLevelAndAtEveryQuality) {
+  for (const unsigned seed : {1U, 2U, 3U}) {
+    HalfImage image = city_lights(512, 512, seed);
+    for (; image.width >= 32; image = halved(image)) {
+      for (const Quality quality : kQualities) {
+        const std::vector<std::byte> blocks = encoded_bc6h(image, quality);
+        double source = 0.0;
+        double result = 0.0;
+        std::vector<std::byte> decoded(image.rgba.size() * 2);
+        store::decode_bc6h_image(blocks, image.width, image.height, decoded);
+        for (std::size_t i = 0; i < image.rgba.size(); ++i) {
+          if (i % 4 == 3) continue;
+          source += light_of(image.rgba[i]);
+          result += light_of(
+              static_cast<std::uint16_t>(std::to_integer<unsigned>(decoded[2 * i]) | std::to_integer<unsigned>(decoded[2 * i + 1]) << 8U));
+        }
+        EXPECT_NEAR(result / source, 1.0, 0.001) << "quality " << static_cast<int>(quality) << ", " << image.width << ", seed " << seed;
+      }
     }
   }
 }

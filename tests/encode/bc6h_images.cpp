@@ -73,6 +73,48 @@ HalfImage night_image(std::size_t width, std::size_t height, unsigned seed) {
   return image;
 }
 
+HalfImage city_lights(std::size_t width, std::size_t height, unsigned seed) {
+  std::mt19937 random(seed);
+  const auto uniform = [&](double low, double high) { return low + (high - low) * static_cast<double>(random()) / 4294967296.0; };
+  std::vector<std::array<double, 3>> codes(width * height);  // 0 to 1, sRGB
+  for (std::array<double, 3>& code : codes) {
+    const double glow = std::max(0.0, uniform(-0.02, 0.06));
+    for (double& value : code) value = glow * uniform(0.8, 1.0);
+  }
+  for (std::size_t lamp = 0; lamp < width * height / 60; ++lamp) {
+    const std::array<double, 3> color{1.0, uniform(0.5, 1.0), uniform(0.2, 1.0)};
+    const double brightness = uniform(0.1, 1.0);
+    const std::size_t x = random() % width, y = random() % height;
+    for (std::size_t dy = 0; dy < 1 + random() % 2; ++dy)
+      for (std::size_t dx = 0; dx < 1 + random() % 2; ++dx)
+        for (std::size_t c = 0; c < 3; ++c) {
+          double& value = codes[(y + dy) % height * width + (x + dx) % width][c];
+          value = std::min(1.0, value + brightness * color[c]);
+        }
+  }
+  HalfImage image(width, height);
+  for (std::size_t i = 0; i < codes.size(); ++i) {
+    std::array<double, 3> light{};
+    for (std::size_t c = 0; c < 3; ++c)
+      light[c] = 50.0 * (codes[i][c] <= 0.04045 ? codes[i][c] / 12.92 : std::pow((codes[i][c] + 0.055) / 1.055, 2.4));
+    image.set(i % width, i / width, light);
+  }
+  return image;
+}
+
+HalfImage halved(const HalfImage& image) {
+  HalfImage half(image.width / 2, image.height / 2);
+  for (std::size_t y = 0; y < half.height; ++y)
+    for (std::size_t x = 0; x < half.width; ++x) {
+      std::array<double, 3> light{};
+      for (std::size_t c = 0; c < 3; ++c)
+        for (const std::size_t at : {std::size_t{0}, std::size_t{1}, image.width, image.width + 1})
+          light[c] += 0.25 * light_of(image.rgba[(2 * y * image.width + 2 * x + at) * 4 + c]);
+      half.set(x, y, light);
+    }
+  return half;
+}
+
 HalfImage noise_half_image(std::size_t width, std::size_t height, double octaves, unsigned seed) {
   std::mt19937 random(seed);
   HalfImage image(width, height);

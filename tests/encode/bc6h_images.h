@@ -30,6 +30,10 @@ struct HalfImage {
 [[nodiscard]] HalfImage day_image(std::size_t width, std::size_t height, unsigned seed);
 // A town by night: lamps from 1 to 30000 that fall off with the square of the distance, over dark ground with a little noise.
 [[nodiscard]] HalfImage night_image(std::size_t width, std::size_t height, unsigned seed);
+// A city from above, as codes of a photograph made light: black, with dots of one to four texels in warm and cold colours and a faint glow.
+[[nodiscard]] HalfImage city_lights(std::size_t width, std::size_t height, unsigned seed);
+// The mean of every four texels; width and height are multiples of 8.
+[[nodiscard]] HalfImage halved(const HalfImage& image);
 // Independent channels, every texel anywhere within `octaves`.
 [[nodiscard]] HalfImage noise_half_image(std::size_t width, std::size_t height, double octaves, unsigned seed);
 
