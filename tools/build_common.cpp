@@ -159,6 +159,7 @@ Result<int> build_layers(const std::filesystem::path& path, std::vector<pipeline
       return tl::unexpected(std::move(built).error());
     }
     const pipeline::BuildReport report = *built;
+    for (const std::string& remark : report.remarks) cli::print_note("vtbuild", remark);
     plan.sampler.reset();  // closes the sources: what they keep decoded is memory that the next layer may need
     if (flags.json) {
       layers.push_back(report_json(plan, report, flags.stats));

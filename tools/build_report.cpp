@@ -92,6 +92,7 @@ nlohmann::ordered_json report_json(const pipeline::LayerPlan& plan, const BuildR
   json["tile_changes"] = {
       {"written", report.tile_counts.written}, {"unchanged", report.tile_counts.unchanged}, {"removed", report.tile_counts.removed}};
   json["warnings"] = plan.warnings;
+  for (const std::string& remark : report.remarks) json["warnings"].push_back(remark);
   if (with_stats) {
     nlohmann::ordered_json stages;
     for (std::size_t i = 0; i < pipeline::kStageCount; ++i)

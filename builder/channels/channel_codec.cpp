@@ -8,6 +8,7 @@
 #include "builder/channels/channel_makers.h"
 #include "builder/channels/channel_options.h"
 #include "builder/channels/read_samples.h"
+#include "builder/channels/wide_value.h"
 
 namespace vt::channels {
 
@@ -52,13 +53,25 @@ bool ChannelCodec::decode_covered(const std::byte* samples, std::int64_t count, 
       const float weight = coverage[static_cast<std::size_t>(i)];
       if (weight == 1.0F) continue;
       opaque = false;
-      for (int p = 0; p < source_planes_; ++p) planes[static_cast<std::size_t>(p)][i] *= weight;
+      for (std::size_t p = 0; p < static_cast<std::size_t>(source_planes_); ++p) {
+        if (p + 1 < static_cast<std::size_t>(source_planes_) && rules_[p + 1] == PlaneRule::kRemainder) {
+          // A sum and what its floats miss: the product is rounded once, in double precision.
+          const double product = (static_cast<double>(planes[p][i]) + static_cast<double>(planes[p + 1][i])) * static_cast<double>(weight);
+          planes[p][i] = static_cast<float>(product);
+          planes[p + 1][i] = remainder_of(product, planes[p][i]);
+          ++p;
+        } else {
+          planes[p][i] *= weight;
+        }
+      }
     }
   }
   return opaque;
 }
 
 void ChannelCodec::derive_row(std::int64_t, const PlaneRow&) const {}
+
+void ChannelCodec::count_losses(const ConstPlaneRow&, bool, std::int64_t, std::int64_t, std::int64_t, std::span<LossCount>) const {}
 
 bool ChannelCodec::has_data(std::size_t, const ConstPlaneRow& planes, std::int64_t count) const {
   const float* const weights = planes[static_cast<std::size_t>(weight_plane())];

@@ -47,6 +47,9 @@ enum class PlaneRule : std::uint8_t {
   kLinear,    // weighted sum by the layer's kernel
   kLeast,     // least of the four texels under it; +infinity where there is none
   kGreatest,  // greatest of the four; -infinity where there is none
+  // What the floats of the linear plane before it miss: the two together are that plane's sums in double precision, see wide_value.h. For
+  // the kernels box and point.
+  kRemainder,
 };
 
 // One texture layer that a channel writes. The first part is the layer itself, the others lie beside it as NAME/suffix on the same grid.
@@ -68,11 +71,36 @@ struct Part {
 
 // A texel that the edge of the data rectangle cuts has its data on one side of its centre, up to half a texel away. A channel with such a
 // range stores there the value at the centre, continued in a straight line from the next texel, instead of the mean over the part that has
-// data; what goes on to coarser levels stays the mean. It concerns the first plane, of which planes of least and greatest values are
-// bounds.
+// data; what goes on to coarser levels stays the mean. It concerns the first plane and its remainder, of which planes of least and greatest
+// values are bounds.
 struct CentreRange {
-  float least = 0.0F;  // what the format can hold; values are not continued past it
-  float greatest = 0.0F;
+  double least = 0.0;  // what the format can hold; values are not continued past it
+  double greatest = 0.0;
+  double bounds_origin = 0.0;  // planes of bounds are values less this
+};
+
+// Something that texels of the finest level cannot say as it is: values cut off at the end of what a format holds, texels without data
+// where a format has no way to say so. Counted while a layer is built, so that it is never silent.
+struct Loss {
+  std::string what;  // completes "in 12 texels of the finest level ..."; says what is stored instead, and what to do about it
+};
+
+struct LossCount {
+  std::uint64_t texels = 0;
+  std::int64_t x = 0;  // of the first in reading order
+  std::int64_t y = 0;
+
+  // `x` and `y` of a texel that comes after those that were added, or before them.
+  void add(std::int64_t texel_x, std::int64_t texel_y) { *this += {1, texel_x, texel_y}; }
+  LossCount& operator+=(const LossCount& other) {
+    if (other.texels == 0) return *this;
+    if (texels == 0 || other.y < y || (other.y == y && other.x < x)) {
+      x = other.x;
+      y = other.y;
+    }
+    texels += other.texels;
+    return *this;
+  }
 };
 
 // One number that is reported of every level: how far what is stored lies from the unquantised planes, in the channel's own unit.
@@ -94,6 +122,10 @@ class ChannelCodec {
   [[nodiscard]] std::span<const PlaneRule> rules() const { return rules_; }
   [[nodiscard]] std::span<const Part> parts() const { return parts_; }
   [[nodiscard]] std::span<const Measure> measures() const { return measures_; }
+  [[nodiscard]] std::span<const Loss> losses() const { return losses_; }
+  // Greater than 1 where the rules by which samples become the texels of such a layer are not the first ones: tiles made by other rules are
+  // not to be mixed with these.
+  [[nodiscard]] int rules_version() const { return rules_version_; }
   // The coarser levels keep the share of the area whose value exceeds this, see builder/pipeline/coverage_pass.h.
   [[nodiscard]] std::optional<double> kept_above() const { return kept_above_; }
   // The surfaces through coarser levels are compared with the finest level, see builder/pipeline/surface_pass.h.
@@ -110,9 +142,10 @@ class ChannelCodec {
   bool decode_row(const std::byte* samples, std::int64_t count, const PlaneRow& out) const;
   // The remaining planes of `count` texels of the finest level, from their source planes.
   virtual void derive_row(std::int64_t count, const PlaneRow& planes) const;
-  // One quantisation: planes to texels of a part. The neighbours lend their values to texels that have none, so that a bilinear lookup at
-  // the edge does not bleed. kInvalidData: a value that the part's format and ranges cannot hold, which is never clamped silently; the
-  // message names the value and says what to set. Then `out` holds nothing of use.
+  // One quantisation: planes to texels of a part, the first of which lies in an even column (a tile's first, or the data's). The neighbours
+  // lend their values to texels that have none, so that a bilinear lookup at the edge does not bleed. kInvalidData: a value that the part's
+  // format and ranges cannot hold, which is never clamped silently; the message names the value and says what to set. Then `out` holds
+  // nothing of use.
   [[nodiscard]] virtual Result<void> encode_row(std::size_t part, const RowNeighbourhood& rows, std::int64_t count,
                                                 std::byte* out) const = 0;
   // Whether any of `count` texels has something to store in a part; tiles without are left out. Here: any weight above 0.
@@ -124,6 +157,10 @@ class ChannelCodec {
   // (store/texel_decoder.h) reads them back from what is stored; `reference` the planes that they came from.
   virtual void add_errors(std::size_t part, const ConstPlaneRow& reference, const float* stored, std::int64_t count,
                           std::span<ErrorSum> errors) const = 0;
+  // Adds what losses() are found in `count` texels of the finest level, the first of which is texel `x`, `y`, to `counts`, one for each of
+  // losses(). `opaque`: all weights are exactly 1. Here: there are none.
+  virtual void count_losses(const ConstPlaneRow& row, bool opaque, std::int64_t count, std::int64_t x, std::int64_t y,
+                            std::span<LossCount> counts) const;
 
  protected:
   // What decode_row does of samples in the layout that the channel keeps: coverage is among them only for channels that weigh with it
@@ -142,6 +179,8 @@ class ChannelCodec {
   std::vector<PlaneRule> rules_;
   std::vector<Part> parts_;
   std::vector<Measure> measures_;
+  std::vector<Loss> losses_;
+  int rules_version_ = 1;
   bool samples_are_texels_ = false;
   std::optional<double> kept_above_;
   bool measures_surface_ = false;

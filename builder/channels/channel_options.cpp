@@ -72,6 +72,9 @@ constexpr auto kOptions = std::to_array<OptionInfo>({
     {ChannelType::kIllumination, "transfer", "linear|srgb", "what the codes of 8 and 16 bit input are proportional to (default: linear)"},
     {ChannelType::kIllumination, "scale", "LIGHT",
      "light of the full code of 8 and 16 bit input, of the number 1 of other input (default: 1)"},
+    {ChannelType::kIllumination, "stored-scale", "LIGHT",
+     "light of the number 1 in the store, of which readers multiply what is stored; powers of two round nothing (default: 1, or less where "
+     "light of numbers as small as the first build finds them would be lost in rgba16f, rgb9e5 or bc6h)"},
     {ChannelType::kIllumination, "unit", "TEXT", "unit of the light (default: W/(m2 sr), or none for codes without a scale)"},
     {ChannelType::kMask, "inside", "VALUES",
      "sample values that are inside, with commas between them; all others are outside (default: samples are shares from 0 to 1)"},

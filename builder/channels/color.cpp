@@ -46,6 +46,8 @@ class ColorCodec final : public ChannelCodec {
                       .texel_format = unblocked_format(format),
                       .components = {names.begin(), names.begin() + static_cast<std::ptrdiff_t>(channels)}});
     measures_.push_back({.name = "light", .unit = ""});
+    if (stores_alpha_) measures_.push_back({.name = "coverage", .unit = ""});
+    rules_version_ = 2;  // light once went to the nearest place on the code axis
     const bool same_channels = layout.value_bands == 3 && layout.has_alpha == stores_alpha_;
     const bool is_byte = layout.type == SampleType::kUint8 && layout.full_value() == 255.0;
     is_plain_8_bit_ = is_byte && layout.full_alpha() == 255.0 && !layout.range && !is_associated;
@@ -53,6 +55,7 @@ class ColorCodec final : public ChannelCodec {
     for (std::size_t b = 0; b < nodata_.size(); ++b) nodata_[b] = nodata_range(layout, b);
     if (is_byte && std::ranges::none_of(nodata_, &NodataRange::empty))
       for (std::size_t b = 0; b < nodata_.size(); ++b) nodata_code_[b] = static_cast<int>(nodata_[b].low);
+    describe_losses(format);
     const bool is_16_bit = layout.type == SampleType::kUint16;
     if (is_associated && !layout.range && (is_byte || (is_16_bit && layout.full_value() == 65535.0))) {
       // Codes that are divided by their coverage lie between those that are stored.
@@ -85,13 +88,13 @@ class ColorCodec final : public ChannelCodec {
     for (std::int64_t i = 0; i < count; ++i, codes += step) {
       const float w = rows.opaque ? 1.0F : weight[i];
       if (w == 1.0F) {
-        codes[0] = table_.code(red[i]);
-        codes[1] = table_.code(green[i]);
-        codes[2] = table_.code(blue[i]);
+        codes[0] = table_.code(red[i], i);
+        codes[1] = table_.code(green[i], i);
+        codes[2] = table_.code(blue[i], i);
       } else if (w >= least_weight_) {
-        codes[0] = table_.code(red[i] / w);
-        codes[1] = table_.code(green[i] / w);
-        codes[2] = table_.code(blue[i] / w);
+        codes[0] = table_.code(red[i] / w, i);
+        codes[1] = table_.code(green[i] / w, i);
+        codes[2] = table_.code(blue[i] / w, i);
       } else {
         encode_empty(rows, i, codes);
       }
@@ -105,24 +108,51 @@ class ColorCodec final : public ChannelCodec {
     for (std::int64_t i = 0; i < count; ++i) texels[4 * i + 3] = std::byte{0};
   }
 
-  // In light, where 1 is white. Texels that are mostly clear have no colour to be wrong about.
+  // In light, where 1 is white, and in shares. Where coverage is stored an error of light counts by it, for that is how much of it is seen;
+  // opaque formats show all of it however little of the texel had data.
   void add_errors(std::size_t, const ConstPlaneRow& reference, const float* stored, std::int64_t count,
                   std::span<ErrorSum> errors) const override {
-    ErrorSum& error = errors[0];
     const std::int64_t step = static_cast<std::int64_t>(parts_[0].components.size());
     for (std::int64_t i = 0; i < count; ++i) {
       const float weight = reference[3][i];
-      if (weight < 0.5F) continue;
+      if (!(weight >= least_weight_)) continue;
+      const double seen = stores_alpha_ ? std::min(static_cast<double>(weight), 1.0) : 1.0;
       for (std::size_t c = 0; c < 3; ++c) {
         const double wanted = std::clamp(static_cast<double>(reference[c][i]) / weight, 0.0, 1.0);
         const double is = table_.light(static_cast<std::uint8_t>(stored[i * step + static_cast<std::int64_t>(c)] + 0.5F));
-        error.add(is - wanted);
-        error.add_total(wanted, is);
+        errors[0].add(seen * (is - wanted));
+        errors[0].add_total(seen * wanted, seen * is);
       }
+    }
+    if (!stores_alpha_) return;
+    for (std::int64_t i = 0; i < count; ++i) {
+      const double wanted = std::clamp(static_cast<double>(reference[3][i]), 0.0, 1.0);
+      const double is = static_cast<double>(stored[i * step + 3]) / 255.0;
+      errors[1].add(is - wanted);
+      errors[1].add_total(wanted, is);
     }
   }
 
+  void count_losses(const ConstPlaneRow& row, bool opaque, std::int64_t count, std::int64_t x, std::int64_t y,
+                    std::span<LossCount> counts) const override {
+    if (opaque || losses_.empty()) return;
+    for (std::int64_t i = 0; i < count; ++i)
+      if (!(row[3][i] >= least_weight_)) counts[0].add(x + i, y);
+  }
+
  private:
+  void describe_losses(TexelFormat format) {
+    if (stores_alpha_) return;
+    const std::array<std::string, 3> codes{std::to_string(nodata_code_[0]), std::to_string(nodata_code_[1]),
+                                           std::to_string(nodata_code_[2])};
+    const bool is_one = codes[0] == codes[1] && codes[0] == codes[2];
+    const std::string shown = nodata_code_[0] < 0 ? "the neighbours' colour, or black where they have none"
+                              : is_one            ? "the sources' own code " + codes[0]
+                                                  : "the sources' own codes " + codes[0] + ", " + codes[1] + ", " + codes[2];
+    losses_.push_back({"there are no data, which " + std::string(format_info(format).name) + " cannot say: it shows " + shown +
+                       "; to keep them apart use " + (format == TexelFormat::kBc1 ? "bc3 or bc7" : "rgba8")});
+  }
+
   static std::uint8_t alpha_code(float weight) {
     const float clamped = weight > 0.0F ? (weight < 1.0F ? weight : 1.0F) : 0.0F;
     return static_cast<std::uint8_t>(clamped * 255.0F + 0.5F);
@@ -211,7 +241,7 @@ class ColorCodec final : public ChannelCodec {
       return;
     }
     const std::array<float, 4> sum = sum_around<float>(rows, kThreeAndWeight, i, least_weight_);
-    for (std::size_t p = 0; p < 3; ++p) codes[p] = sum[3] > 0.0F ? table_.code(sum[p] / sum[3]) : std::uint8_t{0};
+    for (std::size_t p = 0; p < 3; ++p) codes[p] = sum[3] > 0.0F ? table_.code(sum[p] / sum[3], i) : std::uint8_t{0};
   }
 
   SampleLayout layout_;

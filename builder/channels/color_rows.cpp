@@ -33,15 +33,18 @@ void LightFromRgb8(const std::uint8_t* rgb, std::size_t count, const CodeTable& 
   }
 }
 
-// CodeTable::code for a vector of light.
+// CodeTable::code for a vector of light from `column` on.
 template <class D>
-HWY_INLINE hn::Vec<hn::Rebind<std::uint8_t, D>> codes(D d, hn::Vec<D> light, const CodeTable& table) {
+HWY_INLINE hn::Vec<hn::Rebind<std::uint8_t, D>> codes(D d, std::size_t column, hn::Vec<D> light, const CodeTable& table) {
   const hn::RebindToSigned<D> di;
   const auto positive = hn::IfThenElseZero(hn::Gt(light, hn::Zero(d)), light);  // also takes NaN away
   const auto clamped = hn::Min(positive, hn::Set(d, 1.0F));
   const auto bin = hn::ConvertTo(di, hn::Mul(clamped, hn::Set(d, static_cast<float>(CodeTable::kBins))));
   const auto lower = hn::GatherIndex(di, table.code_at_bin(), bin);
-  const auto next_begin = hn::GatherIndex(d, table.next_begin_at_bin(), bin);
+  // Vectors of several lanes begin in even columns.
+  const auto columns = hn::Iota(di, HWY_TARGET == HWY_SCALAR ? static_cast<std::int32_t>(column & 1) : 0);
+  const auto later = hn::Mul(hn::And(columns, hn::Set(di, 1)), hn::Set(di, 2 * CodeTable::kTieFloats));
+  const auto next_begin = hn::BitCast(d, hn::Add(hn::BitCast(di, hn::GatherIndex(d, table.next_begin_at_bin(), bin)), later));
   // A true lane of a mask is -1.
   const auto code = hn::Sub(lower, hn::VecFromMask(di, hn::RebindMask(di, hn::Ge(clamped, next_begin))));
   return hn::DemoteTo(hn::Rebind<std::uint8_t, D>(), code);
@@ -53,12 +56,13 @@ void Rgb8FromLight(const float* red, const float* green, const float* blue, std:
   const std::size_t lanes = hn::Lanes(d);
   std::size_t i = 0;
   for (; i + lanes <= count; i += lanes)
-    hn::StoreInterleaved3(codes(d, hn::LoadU(d, red + i), table), codes(d, hn::LoadU(d, green + i), table),
-                          codes(d, hn::LoadU(d, blue + i), table), d8, rgb + 3 * i);
+    hn::StoreInterleaved3(codes(d, i, hn::LoadU(d, red + i), table), codes(d, i, hn::LoadU(d, green + i), table),
+                          codes(d, i, hn::LoadU(d, blue + i), table), d8, rgb + 3 * i);
   for (; i < count; ++i) {
-    rgb[3 * i] = table.code(red[i]);
-    rgb[3 * i + 1] = table.code(green[i]);
-    rgb[3 * i + 2] = table.code(blue[i]);
+    const auto column = static_cast<std::int64_t>(i);
+    rgb[3 * i] = table.code(red[i], column);
+    rgb[3 * i + 1] = table.code(green[i], column);
+    rgb[3 * i + 2] = table.code(blue[i], column);
   }
 }
 

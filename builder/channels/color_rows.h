@@ -12,7 +12,7 @@ namespace vt::channels {
 // `rgb` holds `count` texels of three codes; each plane receives `count` values of light.
 void light_from_rgb8(const std::uint8_t* rgb, std::size_t count, const CodeTable& table, float* red, float* green, float* blue);
 
-// The way back, rounded to the nearest code.
+// The way back, to the code of the nearest light; the first texel lies in an even column.
 void rgb8_from_light(const float* red, const float* green, const float* blue, std::size_t count, const CodeTable& table, std::uint8_t* rgb);
 
 }  // namespace vt::channels

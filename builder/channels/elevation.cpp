@@ -1,7 +1,8 @@
 // Elevation. A number is a height in metres; heights average as they are, over the samples that exist: a void must not pull the surface
-// down. Planes: height times weight, weight (1 data, 0 void) and, for bounds, the least and the greatest height of the finest level under a
-// texel. Stored as floats, halves, or 16-bit codes with one quantum for all of the layer, so that both tiles at an edge decode equal; a
-// texel without any data is NaN or code 0, never a height.
+// down. Planes: height times weight; where samples are wide what its floats miss (wide_value.h); weight (1 data, 0 void); for bounds the
+// least and the greatest height of the finest level under a texel, which are floats rounded outward. Stored as floats, halves, or 16-bit
+// codes with one quantum for all of the layer, so that both tiles at an edge decode equal; a texel without any data is NaN or code 0, never
+// a height.
 
 #include <algorithm>
 #include <array>
@@ -18,6 +19,7 @@
 #include "builder/channels/height_unit.h"
 #include "builder/channels/nodata.h"
 #include "builder/channels/read_samples.h"
+#include "builder/channels/wide_value.h"
 
 namespace vt::channels {
 namespace {
@@ -32,6 +34,7 @@ std::string number_text(double value) {
 
 struct HeightChoices {
   TexelFormat format = TexelFormat::kR32Float;
+  bool is_wide = false;       // of some source of the layer
   CodedHeights codes;         // of kR16
   bool with_bounds = false;   // the part "bounds"
   bool with_surface = false;  // measured against the finest level
@@ -43,8 +46,15 @@ struct HeightChoices {
 class ElevationCodec final : public ChannelCodec {
  public:
   ElevationCodec(const SampleLayout& layout, const HeightChoices& choices) : layout_(weighed_by_coverage(layout)), choices_(choices) {
-    source_planes_ = 2;
-    rules_.assign(2, PlaneRule::kLinear);
+    rules_ = {PlaneRule::kLinear, PlaneRule::kLinear};
+    if (choices.is_wide) {
+      rules_.insert(rules_.begin() + kRemainder, PlaneRule::kRemainder);
+      rules_version_ = 2;  // heights were floats before they were means
+    }
+    source_planes_ = static_cast<int>(rules_.size());
+    weight_ = rules_.size() - 1;
+    // Codes may be far finer than floats of their heights.
+    if (choices.is_wide && choices.format == TexelFormat::kR16) bounds_origin_ = choices.codes.offset;
     Part heights{.format = choices.format, .texel_format = choices.format, .components = {"height"}, .unit = "m"};
     if (choices.format == TexelFormat::kR16) {
       heights.ranges[0] = {.scale = choices.codes.quantum, .offset = choices.codes.offset};
@@ -93,13 +103,22 @@ class ElevationCodec final : public ChannelCodec {
 
   void derive_row(std::int64_t count, const PlaneRow& planes) const override {
     if (!choices_.with_bounds) return;
-    const float* const height = planes[0];
-    const float* const weight = planes[1];
+    const float* const weight = planes[weight_];
+    float* const least = planes[weight_ + 1];
+    float* const greatest = planes[weight_ + 2];
+    ConstPlaneRow row{};
+    std::copy_n(planes.begin(), weight_ + 1, row.begin());
     for (std::int64_t i = 0; i < count; ++i) {
       const bool is_void = !(weight[i] > 0.0F) && !choices_.fill;
-      const float value = height_of(height[i], weight[i]);
-      planes[2][i] = is_void ? kNowhere : value;
-      planes[3][i] = is_void ? -kNowhere : value;
+      if (choices_.is_wide) {
+        const double value = wide_height(row, i);
+        least[i] = is_void ? kNowhere : float_below(value - bounds_origin_);
+        greatest[i] = is_void ? -kNowhere : float_above(value - bounds_origin_);
+      } else {
+        const float value = narrow_height(row, i);
+        least[i] = is_void ? kNowhere : value;
+        greatest[i] = is_void ? -kNowhere : value;
+      }
     }
   }
 
@@ -118,10 +137,11 @@ class ElevationCodec final : public ChannelCodec {
   bool has_data(std::size_t part, const ConstPlaneRow& planes, std::int64_t count) const override {
     if (ChannelCodec::has_data(0, planes, count)) return true;
     if (part == 0) return false;
+    const float* const least = planes[weight_ + 1];
+    const float* const greatest = planes[weight_ + 2];
     for (std::int64_t i = 0; i < count; ++i) {
-      const bool is_nothing = !(planes[2][i] <= planes[3][i]);
-      const bool is_fill = choices_.fill && planes[2][i] == *choices_.fill && planes[3][i] == *choices_.fill;
-      if (!is_nothing && !is_fill) return true;
+      const bool is_nothing = !(least[i] <= greatest[i]);
+      if (!is_nothing && !is_fill(least[i], greatest[i])) return true;
     }
     return false;
   }
@@ -143,15 +163,18 @@ class ElevationCodec final : public ChannelCodec {
                   std::span<ErrorSum> errors) const override {
     if (part != 0) return;
     const ComponentRange& range = parts_[0].ranges[0];
-    for (std::int64_t i = 0; i < count; ++i)
-      if (reference[1][i] > 0.0F)
-        errors[0].add(range.offset + range.scale * static_cast<double>(stored[i]) - static_cast<double>(reference[0][i]) / reference[1][i]);
+    for (std::int64_t i = 0; i < count; ++i) {
+      const float weight = reference[weight_][i];
+      if (!(weight > 0.0F)) continue;
+      const double wanted = choices_.is_wide ? wide_height(reference, i) : static_cast<double>(reference[0][i]) / weight;
+      errors[0].add(range.offset + range.scale * static_cast<double>(stored[i]) - wanted);
+    }
   }
 
  private:
   // Least and greatest height that the format holds.
-  static CentreRange range_of(const HeightChoices& choices) {
-    const auto range = [](double least, double greatest) { return CentreRange{static_cast<float>(least), static_cast<float>(greatest)}; };
+  [[nodiscard]] CentreRange range_of(const HeightChoices& choices) const {
+    const auto range = [&](double least, double greatest) { return CentreRange{least, greatest, bounds_origin_}; };
     switch (choices.format) {
       case TexelFormat::kR16:
         return range(choices.codes.value(1.0), choices.codes.value(CodedHeights::kLargestCode));
@@ -162,8 +185,24 @@ class ElevationCodec final : public ChannelCodec {
     }
   }
 
-  [[nodiscard]] float height_of(float height, float weight) const {
-    return weight == 1.0F ? height : weight > 0.0F ? height / weight : choices_.fill.value_or(0.0F);
+  static constexpr std::size_t kRemainder = 1;  // the plane beside the heights, when they are wide
+
+  // The bounds that derive_row() gives a texel that is filled.
+  [[nodiscard]] bool is_fill(float least, float greatest) const {
+    if (!choices_.fill) return false;
+    const double fill = static_cast<double>(*choices_.fill) - bounds_origin_;
+    return least == float_below(fill) && greatest == float_above(fill);
+  }
+
+  // Of a texel, or what it is filled with.
+  [[nodiscard]] float narrow_height(const ConstPlaneRow& row, std::int64_t i) const {
+    const float weight = row[weight_][i];
+    return weight == 1.0F ? row[0][i] : weight > 0.0F ? row[0][i] / weight : choices_.fill.value_or(0.0F);
+  }
+  [[nodiscard]] double wide_height(const ConstPlaneRow& row, std::int64_t i) const {
+    const double weight = row[weight_][i];
+    const double sum = static_cast<double>(row[0][i]) + static_cast<double>(row[kRemainder][i]);
+    return weight == 1.0 ? sum : weight > 0.0 ? sum / weight : static_cast<double>(choices_.fill.value_or(0.0F));
   }
 
   template <class Form>
@@ -171,45 +210,51 @@ class ElevationCodec final : public ChannelCodec {
     using Sample = typename Form::Sample;
     const auto put = [&](std::int64_t i, Sample sample) { std::memcpy(out + i * std::int64_t{sizeof sample}, &sample, sizeof sample); };
     const float* const height = rows.here[0];
-    const float* const weight = rows.here[1];
+    const float* const weight = rows.here[weight_];
     bool all_fit = true;
     Sample sample{};
     if (part == 1) {
-      const float* const least = rows.here[2];
-      const float* const greatest = rows.here[3];
+      const float* const least = rows.here[weight_ + 1];
+      const float* const greatest = rows.here[weight_ + 2];
+      const Form bounds = form.from(bounds_origin_);
       for (std::int64_t i = 0; i < count; ++i) {
         const bool is_void = !(least[i] <= greatest[i]);
-        const bool low_fits = form.below(least[i], sample);
+        const bool low_fits = bounds.below(least[i], sample);
         put(2 * i, is_void ? Form::kNone : sample);
-        const bool high_fits = form.above(greatest[i], sample);
+        const bool high_fits = bounds.above(greatest[i], sample);
         put(2 * i + 1, is_void ? Form::kNone : sample);
-        if (!is_void && !low_fits) return misfit(least[i]);
-        if (!is_void && !high_fits) return misfit(greatest[i]);
+        if (!is_void && !low_fits) return misfit(bounds_origin_ + static_cast<double>(least[i]));
+        if (!is_void && !high_fits) return misfit(bounds_origin_ + static_cast<double>(greatest[i]));
       }
       return {};
     }
-    if (rows.opaque) {
+    const auto put_heights = [&](const auto& height_of) {
+      for (std::int64_t i = 0; i < count; ++i) {
+        const bool is_void = !(weight[i] > 0.0F) && !choices_.fill;
+        const bool fits = form.nearest(height_of(i), sample);
+        all_fit = all_fit && (fits || is_void);
+        put(i, is_void ? Form::kNone : sample);
+      }
+    };
+    if (choices_.is_wide) {
+      put_heights([&](std::int64_t i) { return wide_height(rows.here, i); });
+    } else if (rows.opaque) {
       for (std::int64_t i = 0; i < count; ++i) {
         all_fit = form.nearest(height[i], sample) && all_fit;
         put(i, sample);
       }
     } else {
-      for (std::int64_t i = 0; i < count; ++i) {
-        const bool is_void = !(weight[i] > 0.0F) && !choices_.fill;
-        const bool fits = form.nearest(height_of(height[i], weight[i]), sample);
-        all_fit = all_fit && (fits || is_void);
-        put(i, is_void ? Form::kNone : sample);
-      }
+      put_heights([&](std::int64_t i) { return narrow_height(rows.here, i); });
     }
     for (std::int64_t i = 0; !all_fit && i < count; ++i) {
-      const bool has_height = rows.opaque || weight[i] > 0.0F || choices_.fill;
-      const float value = rows.opaque ? height[i] : height_of(height[i], weight[i]);
+      const bool has_height = weight[i] > 0.0F || choices_.fill;
+      const double value = choices_.is_wide ? wide_height(rows.here, i) : static_cast<double>(narrow_height(rows.here, i));
       if (has_height && !form.nearest(value, sample)) return misfit(value);
     }
     return {};
   }
 
-  [[nodiscard]] Result<void> misfit(float height) const {
+  [[nodiscard]] Result<void> misfit(double height) const {
     const std::string what = "height " + number_text(height) + " m ";
     const std::string else_nodata = "; if it is none, say with --nodata which sample value means no data";
     switch (choices_.format) {
@@ -232,10 +277,8 @@ class ElevationCodec final : public ChannelCodec {
 
   template <class T>
   bool decode(const std::byte* samples, std::int64_t count, const PlaneRow& out) const {
-    if (choices_.scale == 1.0 && choices_.offset == 0.0)
-      return decode_as<T>(samples, count, out, [](T sample) { return static_cast<float>(sample); });
-    return decode_as<T>(samples, count, out,
-                        [this](T sample) { return static_cast<float>(choices_.offset + choices_.scale * static_cast<double>(sample)); });
+    if (choices_.scale == 1.0 && choices_.offset == 0.0) return decode_as<T>(samples, count, out, [](T sample) { return sample; });
+    return decode_as<T>(samples, count, out, [this](T sample) { return choices_.offset + choices_.scale * static_cast<double>(sample); });
   }
 
   template <class T, class HeightOf>
@@ -245,11 +288,13 @@ class ElevationCodec final : public ChannelCodec {
     for (std::int64_t i = 0; i < count; ++i) {
       T sample;
       std::memcpy(&sample, samples + i * static_cast<std::int64_t>(sizeof sample), sizeof sample);
-      const float height = height_of_sample(sample);
+      const auto height = height_of_sample(sample);
+      const auto nearest = static_cast<float>(height);
       bool is_void = nodata.contains(sample);
-      if constexpr (std::is_floating_point_v<T>) is_void = is_void || !std::isfinite(height);
-      out[0][i] = is_void ? 0.0F : height;
-      out[1][i] = is_void ? 0.0F : 1.0F;
+      if constexpr (std::is_floating_point_v<T>) is_void = is_void || !std::isfinite(nearest);
+      out[0][i] = is_void ? 0.0F : nearest;
+      if (choices_.is_wide) out[kRemainder][i] = is_void ? 0.0F : remainder_of(static_cast<double>(height), nearest);
+      out[weight_][i] = is_void ? 0.0F : 1.0F;
       opaque = opaque && !is_void;
     }
     return opaque;
@@ -257,6 +302,8 @@ class ElevationCodec final : public ChannelCodec {
 
   SampleLayout layout_;
   HeightChoices choices_;
+  std::size_t weight_ = 1;      // the plane
+  double bounds_origin_ = 0.0;  // planes of bounds are heights less this
 };
 
 // What samples of a type can say, less one value where 65536 of them would leave no code for "no data".
@@ -344,7 +391,7 @@ Result<CodedHeights> choose_codes(const Options& options, const SampleLayout& la
 }  // namespace
 
 MadeCodec make_elevation_codec(const ChannelSettings& settings, const SampleLayout& layout) {
-  HeightChoices choices{.format = settings.format};
+  HeightChoices choices{.format = settings.format, .is_wide = settings.samples_are_wide};
   if (choices.format != TexelFormat::kR32Float && choices.format != TexelFormat::kR16Float && choices.format != TexelFormat::kR16)
     return fail(ErrorCode::kUnsupported, "an elevation layer cannot be stored as " + std::string(format_info(settings.format).name) +
                                              ": eight bits or a block of 4x4 are too coarse for heights; use r32f, r16 or r16f");

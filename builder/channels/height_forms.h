@@ -11,20 +11,23 @@
 namespace vt::channels {
 
 // Every form: `Sample` is what is stored, kNone what means "no data". nearest(), below() and above() give the nearest sample, the greatest
-// that is not above the height and the least that is not below it; false: there is none, `out` is kNone.
+// that is not above the height and the least that is not below it; false: there is none, `out` is kNone. Heights are floats or doubles.
+// from(origin) takes heights less `origin`, which only codes can.
 
 struct FloatHeights {
   using Sample = float;
   static constexpr Sample kNone = std::numeric_limits<float>::quiet_NaN();
 
-  [[nodiscard]] static bool nearest(float height, Sample& out) {
+  template <class Height>
+  [[nodiscard]] static bool nearest(Height height, Sample& out) {
     // Finite: not so when sums of huge samples overflowed.
-    const bool holds = std::abs(height) <= std::numeric_limits<float>::max();
-    out = holds ? height : kNone;
+    const bool holds = std::abs(height) <= static_cast<Height>(std::numeric_limits<float>::max());
+    out = holds ? static_cast<float>(height) : kNone;
     return holds;
   }
   [[nodiscard]] static bool below(float height, Sample& out) { return nearest(height, out); }
   [[nodiscard]] static bool above(float height, Sample& out) { return nearest(height, out); }
+  [[nodiscard]] static FloatHeights from(double) { return {}; }
 };
 
 struct HalfHeights {
@@ -32,9 +35,10 @@ struct HalfHeights {
   static constexpr Sample kNone = kHalfNoData;
   static constexpr float kLargest = 65504.0F;
 
-  [[nodiscard]] static bool nearest(float height, Sample& out) {
-    const bool holds = std::abs(height) <= kLargest;
-    out = holds ? half_from_float(height) : kNone;
+  template <class Height>
+  [[nodiscard]] static bool nearest(Height height, Sample& out) {
+    const bool holds = std::abs(height) <= static_cast<Height>(kLargest);
+    out = holds ? half_from_float(static_cast<float>(height)) : kNone;
     return holds;
   }
   [[nodiscard]] static bool below(float height, Sample& out) {
@@ -47,6 +51,7 @@ struct HalfHeights {
     if (float_from_half(out) < height) out = next(out, 1);
     return true;
   }
+  [[nodiscard]] static HalfHeights from(double) { return {}; }
 
  private:
   static constexpr Sample kSign = 0x8000;
@@ -68,7 +73,8 @@ struct CodedHeights {
   double quantum = 1.0;
 
   // Ties to the even code, so that roundings of many means do not add up to a bias.
-  [[nodiscard]] bool nearest(float height, Sample& out) const {
+  template <class Height>
+  [[nodiscard]] bool nearest(Height height, Sample& out) const {
     constexpr double kWhole = 0x1.8p52;  // adding it leaves no fraction bits
     return take((steps(height) + kWhole) - kWhole, out);
   }
@@ -83,9 +89,13 @@ struct CodedHeights {
     return take(code, out);
   }
   [[nodiscard]] double value(double code) const { return offset + quantum * code; }
+  [[nodiscard]] CodedHeights from(double origin) const { return {.offset = offset - origin, .quantum = quantum}; }
 
  private:
-  [[nodiscard]] double steps(float height) const { return (static_cast<double>(height) - offset) / quantum; }
+  template <class Height>
+  [[nodiscard]] double steps(Height height) const {
+    return (static_cast<double>(height) - offset) / quantum;
+  }
   [[nodiscard]] static bool take(double code, Sample& out) {
     const bool holds = code >= 1.0 && code <= kLargestCode;
     out = holds ? static_cast<Sample>(code) : kNone;

@@ -15,6 +15,8 @@
 #include <cmath>
 #include <cstring>
 #include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
 
 #include "builder/channels/angle.h"
 #include "builder/channels/channel_makers.h"
@@ -63,6 +65,7 @@ class HorizonCodec final : public ChannelCodec {
       const std::size_t count = std::min(at_once, directions_ - first);
       add_part(first, count, format_of_channels(format, 2 * static_cast<int>(count)));
     }
+    describe_losses(span, most_deviation_deg);
   }
 
   bool decode_values(const std::byte* samples, std::int64_t count, const PlaneRow& out) const override {
@@ -117,7 +120,45 @@ class HorizonCodec final : public ChannelCodec {
     }
   }
 
+  void count_losses(const ConstPlaneRow& row, bool opaque, std::int64_t count, std::int64_t x, std::int64_t y,
+                    std::span<LossCount> counts) const override {
+    if (opaque && !span_loss_) return;
+    const float* const weight = row[static_cast<std::size_t>(weight_plane())];
+    const auto half_step = static_cast<float>(0.5 * mean_.step());
+    const auto half_deviation_step = static_cast<float>(0.5 * deviation_.step());
+    for (std::int64_t i = 0; i < count; ++i) {
+      if (!(weight[i] > 0.0F)) {
+        if (void_loss_) counts[*void_loss_].add(x + i, y);
+        continue;
+      }
+      bool is_beyond = false;
+      for (std::size_t d = 0; span_loss_ && d < directions_; ++d) {
+        const Horizon horizon = horizon_at(row, d, i);
+        is_beyond = is_beyond || horizon.mean < mean_.low - half_step || horizon.mean > mean_.high + half_step ||
+                    horizon.deviation > deviation_.high + half_deviation_step;
+      }
+      if (is_beyond) counts[*span_loss_].add(x + i, y);
+    }
+  }
+
  private:
+  void describe_losses(const Span& span, double most_deviation_deg) {
+    const auto add = [&](std::string what) {
+      losses_.push_back({std::move(what)});
+      return losses_.size() - 1;
+    };
+    const auto degrees = [](double angle) { return nlohmann::json(angle).dump(); };
+    // No angle lies beyond the zenith, and a single one does not deviate.
+    if (span.low_deg > -90.0 || span.high_deg < 90.0 || input_.has_deviations)
+      span_loss_ = add("a horizon lies outside " + degrees(span.low_deg) + " to " + degrees(span.high_deg) +
+                       " degrees (--span), or deviates by more than " + degrees(most_deviation_deg) +
+                       ", and the nearest that can be stored is; give a wider --span");
+    if (is_block_)
+      void_loss_ =
+          add("there are no data, which bc5 cannot say: it shows the neighbours' horizons, or level ground where they have none; to "
+              "keep them apart use rgba16 or rg16");
+  }
+
   void add_part(std::size_t first, std::size_t count, TexelFormat format) {
     Part part{.format = format, .texel_format = unblocked_format(format), .unit = "rad", .zero_is_nodata = !is_block_};
     nlohmann::ordered_json metadata;
@@ -198,6 +239,9 @@ class HorizonCodec final : public ChannelCodec {
   UnormCode mean_;
   UnormCode deviation_;
   std::vector<std::size_t> first_direction_;  // of each part
+  // Among losses(), where there are such.
+  std::optional<std::size_t> span_loss_;
+  std::optional<std::size_t> void_loss_;
 };
 
 Result<Span> choose_span(const Options& options) {

@@ -5,18 +5,24 @@
 // The total of light over a level is the same at every level. Formats with a fourth component store light as it is and coverage beside it,
 // so the total is of light times coverage. The others have no place for coverage: they store that product, and where nothing is known
 // there is no light. Light above a format's largest number becomes that number; how much was cut off is reported of every level.
+//
+// What is stored is light divided by one scale for the whole layer, which readers find as the components' scale: light in small units (by
+// night, 1e-7 to 1e-3 W/(m2 sr)) would vanish below what halves and rgb9e5 can say. A power of two moves exponents and rounds nothing.
 
 #include <algorithm>
 #include <array>
 #include <bit>
 #include <cmath>
+#include <cstdio>
 #include <cstring>
+#include <limits>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "builder/channels/channel_makers.h"
 #include "builder/channels/channel_options.h"
+#include "builder/channels/finite_rows.h"
 #include "builder/channels/neighbours.h"
 #include "builder/channels/nodata.h"
 #include "builder/channels/read_samples.h"
@@ -30,10 +36,18 @@ namespace {
 
 constexpr std::size_t kWeight = 3;
 constexpr float kLargestHalf = 65504.0F;
+constexpr float kLeastStored = 0x1p-25F;  // halves and rgb9e5 round what is not above it to nothing
+
+std::string number_text(double value) {
+  std::array<char, 32> text{};
+  std::snprintf(text.data(), text.size(), "%.6g", value);
+  return text.data();
+}
 
 struct Light {
   Transfer transfer = Transfer::kLinear;  // of the input's codes
   double scale = 1.0;                     // light of the full code, or of the number 1
+  double stored_scale = 1.0;              // light of the number 1 as it is stored
   std::string unit;
 };
 
@@ -52,12 +66,20 @@ void put_texel(std::byte* out, std::int64_t i, const T& texel) {
 class IlluminationCodec final : public ChannelCodec {
  public:
   IlluminationCodec(const SampleLayout& layout, const Light& light, TexelFormat format)
-      : layout_(layout), texels_(unblocked_format(format)), scale_(light.scale), limit_(largest_number(format)) {
+      : layout_(layout),
+        texels_(unblocked_format(format)),
+        scale_(light.scale),
+        stored_scale_(light.stored_scale),
+        per_scale_(static_cast<float>(1.0 / light.stored_scale)),
+        limit_(largest_number(format)) {
     source_planes_ = 4;
     rules_.assign(4, PlaneRule::kLinear);
     has_coverage_ = format == TexelFormat::kRgba16Float || format == TexelFormat::kRgba32Float;
     parts_.push_back({.format = format, .texel_format = texels_, .components = {"red", "green", "blue"}, .unit = light.unit});
     if (has_coverage_) parts_[0].components.emplace_back("coverage");
+    for (std::size_t c = 0; c < 3; ++c) parts_[0].ranges[c].scale = stored_scale_;
+    describe_losses(format, light.unit);
+    if (format == TexelFormat::kBc6h) rules_version_ = 2;  // blocks once kept less of the light
     measures_ = {{.name = "light", .unit = light.unit}, {.name = "clipped light", .unit = light.unit}};
     for (std::size_t b = 0; b < nodata_.size(); ++b) nodata_[b] = nodata_range(layout, b);
     if (!is_code(layout.type)) return;
@@ -82,8 +104,13 @@ class IlluminationCodec final : public ChannelCodec {
   }
 
   Result<void> encode_row(std::size_t, const RowNeighbourhood& rows, std::int64_t count, std::byte* out) const override {
+    for (std::size_t c = 0; c < 3; ++c)
+      if (!all_finite(rows.here[c], count))
+        return fail(ErrorCode::kInvalidData,
+                    "light is the mean of samples too large to add; if they are none, say with --nodata which sample value means no data");
     if (texels_ == TexelFormat::kRgb9e5) {
-      for (std::int64_t i = 0; i < count; ++i) put_texel(out, i, store::pack_rgb9e5(rows.here[0][i], rows.here[1][i], rows.here[2][i]));
+      for (std::int64_t i = 0; i < count; ++i)
+        put_texel(out, i, store::pack_rgb9e5(rows.here[0][i] * per_scale_, rows.here[1][i] * per_scale_, rows.here[2][i] * per_scale_));
     } else if (texels_ == TexelFormat::kRgba32Float) {
       for (std::int64_t i = 0; i < count; ++i) put_texel(out, i, straight_texel(rows, i));
     } else if (has_coverage_) {
@@ -118,16 +145,46 @@ class IlluminationCodec final : public ChannelCodec {
       for (std::size_t c = 0; c < 3; ++c) {
         const double total = reference[c][i];
         const double wanted = has_coverage_ ? total / weight : total;
-        const double is = stored[i * step + static_cast<std::int64_t>(c)];
+        const double is = stored_scale_ * static_cast<double>(stored[i * step + static_cast<std::int64_t>(c)]);
         errors[0].add(is - wanted);
         errors[0].add_total(total, is * coverage);
-        errors[1].add(std::max(0.0, wanted - static_cast<double>(limit_)));
+        errors[1].add(std::max(0.0, wanted - stored_scale_ * static_cast<double>(limit_)));
       }
     }
   }
 
+  void count_losses(const ConstPlaneRow& row, bool, std::int64_t count, std::int64_t x, std::int64_t y,
+                    std::span<LossCount> counts) const override {
+    if (losses_.empty()) return;
+    for (std::int64_t i = 0; i < count; ++i) {
+      const float weight = row[kWeight][i];
+      if (!(weight > 0.0F)) {
+        if (!has_coverage_) counts[kVoid].add(x + i, y);
+        continue;
+      }
+      const float brightest = std::max({row[0][i], row[1][i], row[2][i]}) * per_scale_ / (has_coverage_ ? weight : 1.0F);
+      if (brightest > limit_) counts[kTooBright].add(x + i, y);
+      if (brightest > 0.0F && brightest <= kLeastStored) counts[kTooDim].add(x + i, y);
+    }
+  }
+
  private:
-  [[nodiscard]] float limited(float light) const { return std::min(light, limit_); }
+  enum LossNumber : std::size_t { kTooBright, kTooDim, kVoid };
+
+  void describe_losses(TexelFormat format, const std::string& unit) {
+    if (format == TexelFormat::kRgba32Float) return;
+    const std::string name(format_info(format).name);
+    const auto light_text = [&](double number) { return number_text(stored_scale_ * number) + (unit.empty() ? "" : " " + unit); };
+    losses_.push_back({"the light is more than " + light_text(static_cast<double>(limit_)) + ", the most that " + name +
+                       " holds in this layer, and that is stored; give a larger --stored-scale, or use rgba32f"});
+    losses_.push_back({"there is light, but less than " + light_text(static_cast<double>(kLeastStored)) + ", of which " + name +
+                       " stores nothing in this layer; give a smaller --stored-scale, or use rgba32f"});
+    if (!has_coverage_)
+      losses_.push_back({"there are no data, which " + name + " cannot say, and darkness is stored; to keep them apart use rgba16f"});
+  }
+
+  // What is stored of light.
+  [[nodiscard]] float limited(float light) const { return std::min(light * per_scale_, limit_); }
 
   static std::array<std::uint16_t, 4> halves(const std::array<float, 4>& texel) {
     return {half_from_float(texel[0]), half_from_float(texel[1]), half_from_float(texel[2]), half_from_float(texel[3])};
@@ -142,7 +199,7 @@ class IlluminationCodec final : public ChannelCodec {
     const std::array<double, 4> sum = sum_around<double>(rows, kThreeAndWeight, i);
     std::array<float, 4> texel{};
     if (sum[kWeight] > 0.0)
-      for (std::size_t p = 0; p < 3; ++p) texel[p] = static_cast<float>(std::min(sum[p] / sum[kWeight], static_cast<double>(limit_)));
+      for (std::size_t p = 0; p < 3; ++p) texel[p] = limited(static_cast<float>(sum[p] / sum[kWeight]));
     return texel;
   }
 
@@ -225,7 +282,9 @@ class IlluminationCodec final : public ChannelCodec {
   std::array<NodataRange, 3> nodata_;  // of the value bands
   TexelFormat texels_;
   double scale_;
-  float limit_;
+  double stored_scale_;
+  float per_scale_;
+  float limit_;  // of the stored number
   bool has_coverage_ = false;
   std::vector<float> light_of_code_;
 };
@@ -256,6 +315,9 @@ MadeCodec make_illumination_codec(const ChannelSettings& settings, const SampleL
                                              " samples are light: leave --transfer out");
   VT_ASSIGN(const auto scale, number_of(settings.options, "scale", std::numeric_limits<float>::min(), std::numeric_limits<float>::max()));
   light.scale = scale.value_or(1.0);
+  constexpr double kLeastScale = 0x1p-60;
+  VT_ASSIGN(const auto stored_scale, number_of(settings.options, "stored-scale", kLeastScale, 1.0 / kLeastScale));
+  light.stored_scale = stored_scale.value_or(settings.stored_light);
   // Codes are only a share of the full one until somebody says what that is.
   const bool is_relative = is_code(layout.type) && !scale;
   const auto unit = settings.options.find("unit");

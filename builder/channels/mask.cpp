@@ -46,6 +46,7 @@ class MaskCodec final : public ChannelCodec {
       parts_ = {shares};
     }
     measures_.push_back({.name = "coverage", .unit = ""});
+    losses_.push_back({"there are no data, which a mask cannot say: what is stored is 0, as of what is outside"});
     if (layout.type == SampleType::kUint8 && inside_.empty() && !layout.range && layout.full_value() == kWhole)
       for (std::size_t code = 0; code < share_of_code_.size(); ++code) share_of_code_[code] = static_cast<float>(code);
     else if (layout.type == SampleType::kUint8)
@@ -97,6 +98,12 @@ class MaskCodec final : public ChannelCodec {
 
   void mark_outside(std::size_t part, std::byte* texels, std::int64_t count) const override {
     std::fill_n(texels, static_cast<std::size_t>(count) * format_info(parts_[part].texel_format).block_bytes, std::byte{0});
+  }
+
+  void count_losses(const ConstPlaneRow& row, bool opaque, std::int64_t count, std::int64_t x, std::int64_t y,
+                    std::span<LossCount> counts) const override {
+    for (std::int64_t i = 0; !opaque && i < count; ++i)
+      if (!(row[1][i] > 0.0F)) counts[0].add(x + i, y);
   }
 
   // Of the layer itself; its levels that are not means are never asked for.

@@ -12,6 +12,7 @@
 
 #include <cmath>
 #include <cstring>
+#include <optional>
 #include <string>
 
 #include "builder/channels/angle.h"
@@ -25,7 +26,6 @@
 #include "builder/channels/unblocked_format.h"
 #include "builder/channels/unorm_code.h"
 #include "builder/channels/unorm_rows.h"
-#include "store/half.h"
 
 namespace vt::channels {
 namespace {
@@ -45,8 +45,8 @@ struct Vector {
   float z = 1.0F;
 };
 
-constexpr std::size_t kFirstMoment = 4;
-constexpr std::int64_t kAtOnce = 256;  // texels between the SIMD loop and the codes, on the stack
+constexpr std::size_t kFirstMoment = 4;  // of the planes
+constexpr std::int64_t kAtOnce = 256;    // texels between the SIMD loop and the codes, on the stack
 
 // Room for what direction_and_length() gives.
 struct DirectionRow {
@@ -74,7 +74,12 @@ class NormalCodec final : public ChannelCodec {
       : input_(input), components_(format_info(style.format).channels), direction_(unorm_code(style.format, -1.0, 1.0, 1)) {
     input_.layout = weighed_by_coverage(input.layout);
     source_planes_ = 4;
-    rules_.assign(style.has_moments ? 4 + kMomentPlanes : 4, PlaneRule::kLinear);
+    rules_.assign(4, PlaneRule::kLinear);
+    if (style.has_moments) {
+      for (std::size_t moment = 0; moment < kMomentCount; ++moment)
+        rules_.insert(rules_.end(), {PlaneRule::kLinear, PlaneRule::kRemainder});
+      rules_version_ = 2;  // moments were halves
+    }
     measures_.push_back({.name = "direction", .unit = "deg"});
     measures_.push_back({.name = "length", .unit = ""});
     const bool is_one_texture = components_ == 4;  // x, y, z and the length
@@ -83,6 +88,7 @@ class NormalCodec final : public ChannelCodec {
     if (style.has_length && !is_one_texture) add_length(format_of_channels(style.format, 1));
     if (is_one_texture) length_ = unorm_code(style.format, 0.0, 1.0, 1);
     if (style.has_moments) add_moments();
+    describe_losses(style);
   }
 
   bool decode_values(const std::byte* samples, std::int64_t count, const PlaneRow& out) const override {
@@ -112,10 +118,10 @@ class NormalCodec final : public ChannelCodec {
         }
         break;
       case PartKind::kMoments:
-        encode_moments(rows.here, kFirstMoment, 4, count, out);
+        encode_moments(rows.here, kFirstMoment, count, out);
         break;
       case PartKind::kCrossMoment:
-        encode_moments(rows.here, kFirstMoment + 4, 1, count, out);
+        encode_cross_moment(rows.here, kFirstMoment, count, out);
         break;
     }
     return {};
@@ -143,10 +149,36 @@ class NormalCodec final : public ChannelCodec {
     }
   }
 
+  void count_losses(const ConstPlaneRow& row, bool, std::int64_t count, std::int64_t x, std::int64_t y,
+                    std::span<LossCount> counts) const override {
+    for (std::int64_t i = 0; i < count; ++i) {
+      if (!(row[3][i] > 0.0F)) {
+        if (void_loss_) counts[*void_loss_].add(x + i, y);
+      } else if (down_loss_ && row[2][i] < 0.0F) {
+        counts[*down_loss_].add(x + i, y);
+      }
+    }
+  }
+
  private:
   enum class PartKind : std::uint8_t { kDirection, kLength, kMoments, kCrossMoment };
 
   [[nodiscard]] bool planes_with_moments() const { return rules_.size() > kFirstMoment; }
+
+  void describe_losses(const NormalStyle& style) {
+    const std::string name(format_info(style.format).name);
+    const auto add = [&](std::string what) {
+      losses_.push_back({std::move(what)});
+      return losses_.size() - 1;
+    };
+    if (components_ == 2)
+      down_loss_ =
+          add("the normal looks down, which " + name + " cannot say, and the nearest one that is level is stored; use rgb8 or rgba16");
+    if (style.format == TexelFormat::kBc5 && !style.has_length)
+      void_loss_ =
+          add("there are no data, which bc5 cannot say: it shows the neighbours' direction, or straight up where they have none; "
+              "leave --length no out, or use rg16");
+  }
 
   void add_direction(const NormalStyle& style) {
     const bool is_enu = style.frame == Frame::kEnu;
@@ -175,11 +207,13 @@ class NormalCodec final : public ChannelCodec {
 
   void add_moments() {
     measures_.push_back({.name = "slope variance", .unit = ""});
-    Part moments{.suffix = "moments", .format = TexelFormat::kRgba16Float, .texel_format = TexelFormat::kRgba16Float};
+    Part moments{.suffix = "moments", .format = TexelFormat::kRgba32Float, .texel_format = TexelFormat::kRgba32Float};
     moments.components = {"mean x/z", "mean y/z", "mean (x/z)^2", "mean (y/z)^2"};
+    moments.metadata_json = R"json({"moments": {"variance": ["mean (x/z)^2 - (mean x/z)^2", "mean (y/z)^2 - (mean y/z)^2"]}})json";
     add_part(PartKind::kMoments, std::move(moments));
-    Part cross{.suffix = "cross_moment", .format = TexelFormat::kR16Float, .texel_format = TexelFormat::kR16Float};
+    Part cross{.suffix = "cross_moment", .format = TexelFormat::kR32Float, .texel_format = TexelFormat::kR32Float};
     cross.components = {"mean (x/z)(y/z)"};
+    cross.metadata_json = R"json({"moments": {"covariance": "mean (x/z)(y/z) - (mean x/z) (mean y/z)"}})json";
     add_part(PartKind::kCrossMoment, std::move(cross));
   }
 
@@ -261,7 +295,7 @@ class NormalCodec final : public ChannelCodec {
         return;
       case PartKind::kMoments:
       case PartKind::kCrossMoment:
-        for (std::size_t at = 0; at < texel_bytes; at += sizeof kHalfNoData) std::memcpy(texel + at, &kHalfNoData, sizeof kHalfNoData);
+        for (std::size_t at = 0; at < texel_bytes; at += sizeof kNoMoment) std::memcpy(texel + at, &kNoMoment, sizeof kNoMoment);
         return;
     }
   }
@@ -297,17 +331,18 @@ class NormalCodec final : public ChannelCodec {
 
   static void add_moment_errors(const ConstPlaneRow& reference, const float* stored, std::int64_t count, ErrorSum& error) {
     for (std::int64_t i = 0; i < count; ++i, stored += 4) {
-      const double weight = reference[3][i];
-      if (!(weight > 0.0)) continue;
-      std::array<double, 4> wanted{};
-      for (std::size_t c = 0; c < 4; ++c) wanted[c] = reference[kFirstMoment + c][i] / weight;
-      error.add(slope_variance({stored[0], stored[1], stored[2], stored[3]}) - slope_variance(wanted));
+      if (!(reference[3][i] > 0.0F)) continue;
+      const SlopeMoments wanted = moments_at(reference, kFirstMoment, i);
+      error.add(slope_variance({stored[0], stored[1], stored[2], stored[3]}) - slope_variance({wanted.x, wanted.y, wanted.xx, wanted.yy}));
     }
   }
 
   NormalInput input_;
   std::size_t components_;
   bool marks_no_data_ = false;  // in the direction, because nothing else can
+  // Among losses(), where there are such.
+  std::optional<std::size_t> down_loss_;
+  std::optional<std::size_t> void_loss_;
   UnormCode direction_;
   UnormCode length_;
   std::vector<PartKind> part_kinds_;

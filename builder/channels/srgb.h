@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <bit>
 #include <cmath>
 #include <cstdint>
 #include <limits>
@@ -19,21 +20,26 @@ namespace vt::channels {
   return transfer == Transfer::kSrgb ? linear_from_srgb(code) : code;
 }
 
-// Light of each 8-bit code, and the way back: the code whose light is nearest on the code axis, exactly.
+// Light of each 8-bit code, and the way back: the code whose light is nearest. Light is what has to be kept, and codes are closer together
+// in the dark: the nearest place on the code axis would round the mean of two codes up more often than down, and brighten dark pictures by
+// percents. Light half way between two codes to within two floats, as means of two and of four texels often are, becomes the upper one in
+// even columns and the lower one in odd ones, so that as much is rounded up as down and a picture of nothing else keeps its mean.
 //
-// Going back needs no power function. Code c begins at the light of c - 1/2. No two beginnings are closer than 1 / (255 * 12.92) = 1 /
-// 3294.6, so each of 4096 equal bins of light holds at most one of them: the bin gives the code at its lower edge, one comparison decides
-// the rest.
+// Going back needs no power function. Code c begins half way between the lights of c - 1 and c. No two beginnings are closer than 1 / (255
+// * 12.92) = 1 / 3294.6, so each of 4096 equal bins of light holds at most one of them: the bin gives the code at its lower edge, one
+// comparison decides the rest. A code begins two floats lower than half way, in odd columns two higher.
 class CodeTable {
  public:
   explicit CodeTable(Transfer transfer) {
     for (int c = 0; c < 256; ++c) light_[static_cast<std::size_t>(c)] = static_cast<float>(linear_from_code(transfer, c / 255.0));
-    begin_[0] = -std::numeric_limits<float>::infinity();
-    for (int c = 1; c < 256; ++c) begin_[static_cast<std::size_t>(c)] = static_cast<float>(linear_from_code(transfer, (c - 0.5) / 255.0));
-    begin_[256] = std::numeric_limits<float>::infinity();
+    constexpr float kInfinity = std::numeric_limits<float>::infinity();
+    begin_[0] = -kInfinity;
+    for (std::size_t c = 1; c < 256; ++c) begin_[c] = moved(0.5F * (light_[c - 1] + light_[c]), -kTieFloats);
+    begin_[256] = moved(std::numeric_limits<float>::max(), -2 * kTieFloats);  // has floats after it
     int code = 0;
     for (int bin = 0; bin <= kBins; ++bin) {
-      while (begin_[static_cast<std::size_t>(code) + 1] <= static_cast<float>(bin) / kBins) ++code;
+      // A code that begins on the bin's own edge is left to the comparison, in which columns differ.
+      while (moved(begin_[static_cast<std::size_t>(code) + 1], 2 * kTieFloats) < static_cast<float>(bin) / kBins) ++code;
       code_at_bin_[static_cast<std::size_t>(bin)] = code;
       next_begin_at_bin_[static_cast<std::size_t>(bin)] = begin_[static_cast<std::size_t>(code) + 1];
     }
@@ -42,19 +48,24 @@ class CodeTable {
   [[nodiscard]] float light(std::uint8_t code) const { return light_[code]; }
   [[nodiscard]] const std::array<float, 256>& light_table() const { return light_; }
 
-  // Any float; below 0 and NaN give 0, above 1 gives 255.
-  [[nodiscard]] std::uint8_t code(float light) const {
+  // Any float; below 0 and NaN give 0, above 1 gives 255. `column` of the texel: only whether it is odd matters.
+  [[nodiscard]] std::uint8_t code(float light, std::int64_t column) const {
     const float clamped = light > 0.0F ? (light < 1.0F ? light : 1.0F) : 0.0F;
     const auto bin = static_cast<std::size_t>(clamped * kBins);
-    return static_cast<std::uint8_t>(code_at_bin_[bin] + (clamped >= next_begin_at_bin_[bin] ? 1 : 0));
+    const float begin = moved(next_begin_at_bin_[bin], (column & 1) != 0 ? 2 * kTieFloats : 0);
+    return static_cast<std::uint8_t>(code_at_bin_[bin] + (clamped >= begin ? 1 : 0));
   }
 
-  // The tables behind code(), for row loops: kBins + 1 entries each.
+  // The tables behind code(), for row loops: kBins + 1 entries each; in odd columns a code begins 2 * kTieFloats later.
   static constexpr int kBins = 4096;
+  static constexpr int kTieFloats = 2;
   [[nodiscard]] const std::int32_t* code_at_bin() const { return code_at_bin_.data(); }
   [[nodiscard]] const float* next_begin_at_bin() const { return next_begin_at_bin_.data(); }
 
  private:
+  // So many floats up or down. Positive ones are in the order of their bits.
+  static float moved(float positive, int floats) { return std::bit_cast<float>(std::bit_cast<std::int32_t>(positive) + floats); }
+
   std::array<float, 256> light_;
   std::array<float, 257> begin_;
   std::array<std::int32_t, kBins + 1> code_at_bin_;  // at the bin's lower edge

@@ -30,6 +30,7 @@ class BlockJob::Output final : public pyramid::RowSink {
       : job_(job),
         parts_(job.plan_.parts.size()),
         base_core_(cascade.level(0).core),
+        losses_(tier.base == job.plan_.info.finest ? job.plan_.sampler->codec().losses().size() : 0),
         has_base_texels_(static_cast<std::size_t>(base_core_.height), false) {
     const channels::ChannelCodec& codec = job.plan_.sampler->codec();
     const bool is_measured = !codec.measures().empty();
@@ -49,6 +50,9 @@ class BlockJob::Output final : public pyramid::RowSink {
   void row(int k, std::int64_t y, const channels::RowNeighbourhood& rows) override {
     if (!status_) return;
     const InStage stage(job_.clock_, Stage::kQuantise);
+    if (k == 0 && !losses_.empty())
+      job_.plan_.sampler->codec().count_losses(rows.here, rows.opaque, base_core_.width, base_core_.x - job_.plan_.info.data.x,
+                                               y - job_.plan_.info.data.y, losses_);
     const bool comes_as_texels = k == 0 && has_base_texels_[static_cast<std::size_t>(y - base_core_.y)];
     // The first part may take such a row before or after the others: the reference is kept for whoever is first.
     if (!comes_as_texels || parts_ > 1) references_[static_cast<std::size_t>(k)].keep(y, rows.here);
@@ -82,15 +86,15 @@ class BlockJob::Output final : public pyramid::RowSink {
   [[nodiscard]] const Result<void>& status() const { return status_; }
 
   // Of all tiles of the block: for each level the sums over its parts.
-  [[nodiscard]] std::vector<LevelErrors> quality() const {
-    std::vector<LevelErrors> levels;
+  [[nodiscard]] BlockQuality quality() const {
+    BlockQuality quality{.levels = {}, .losses = losses_};
     for (std::size_t i = 0; i < bands_.size(); ++i) {
       if (i % parts_ == 0)
-        levels.emplace_back(bands_[i].errors().begin(), bands_[i].errors().end());
+        quality.levels.emplace_back(bands_[i].errors().begin(), bands_[i].errors().end());
       else
-        for (std::size_t m = 0; m < levels.back().size(); ++m) levels.back()[m] += bands_[i].errors()[m];
+        for (std::size_t m = 0; m < quality.levels.back().size(); ++m) quality.levels.back()[m] += bands_[i].errors()[m];
     }
-    return levels;
+    return quality;
   }
 
  private:
@@ -107,6 +111,7 @@ class BlockJob::Output final : public pyramid::RowSink {
   BlockJob& job_;
   std::size_t parts_;
   TexelRect base_core_;
+  LossCounts losses_;                              // of the base, when it is the finest level
   std::vector<bool> has_base_texels_;              // by row of the core
   std::vector<encode::ReferenceRows> references_;  // by level, for the bands of all parts
   std::vector<encode::TileBand> bands_;            // the parts of the base, those of the next coarser level, ...

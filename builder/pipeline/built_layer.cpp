@@ -28,7 +28,7 @@ Json values_of(const LayerPlan& plan, std::size_t part) {
 }
 
 // `updating` is null for a layer that is not.
-std::string metadata_of(const LayerPlan& plan, int block_levels, const Json& updating, const Json& quality = {},
+std::string metadata_of(const LayerPlan& plan, int block_levels, const Json& updating, const Json& quality = {}, const Json& losses = {},
                         const Json& alpha_coverage = {}) {
   Json metadata = values_of(plan, 0);
   metadata["settings"] = plan.settings;
@@ -36,6 +36,7 @@ std::string metadata_of(const LayerPlan& plan, int block_levels, const Json& upd
   if (!plan.recipe.is_null()) metadata["recipe"] = plan.recipe;
   if (!updating.is_null()) metadata[kUpdating] = updating;
   if (!quality.is_null()) metadata["quality"] = quality;
+  if (!losses.is_null()) metadata["losses"] = losses;
   if (!alpha_coverage.is_null()) metadata["alpha_coverage"] = alpha_coverage;
   return metadata.dump();
 }
@@ -224,17 +225,21 @@ Result<bool> holds_built_work(const store::StoreWriter& writer) {
   return false;
 }
 
-Result<void> complete(store::StoreWriter& writer, const LayerPlan& plan, const WorkMap& work, const BuiltLayer& layer,
-                      const PassFindings& findings) {
-  VT_ASSIGN(const std::vector<LevelQuality> levels, collect_quality(writer, plan, work, layer.ids.quality));
-  Json quality = quality_json(plan, levels);
+Result<std::vector<std::string>> complete(store::StoreWriter& writer, const LayerPlan& plan, const WorkMap& work, const BuiltLayer& layer,
+                                          const PassFindings& findings) {
+  VT_ASSIGN(const LayerQuality measured, collect_quality(writer, plan, work, layer.ids.quality));
+  Json quality = quality_json(plan, measured.levels);
   if (!findings.surface.is_null()) quality.push_back(findings.surface);
-  VT_CHECK(writer.set_metadata(layer.ids.texture(), metadata_of(plan, layer.block_levels, nullptr, quality, findings.alpha_coverage)));
+  VT_CHECK(writer.set_metadata(layer.ids.texture(), metadata_of(plan, layer.block_levels, nullptr, quality,
+                                                                losses_json(plan, measured.losses), findings.alpha_coverage)));
   for (const LayerId part : layer.ids.parts) VT_CHECK(writer.set_state(part, LayerState::kComplete));
   VT_CHECK(writer.set_state(layer.ids.marks, LayerState::kComplete));
   VT_CHECK(writer.set_state(layer.ids.quality, LayerState::kComplete));
   if (has_carry(plan, layer.block_levels)) VT_CHECK(writer.set_state(layer.ids.carry, LayerState::kComplete));
-  return writer.commit();
+  VT_CHECK(writer.commit());
+  std::vector<std::string> remarks = loss_remarks(plan, measured.losses);
+  for (std::string& remark : light_remarks(plan, measured.levels)) remarks.push_back(std::move(remark));
+  return remarks;
 }
 
 }  // namespace vt::pipeline

@@ -43,8 +43,8 @@ struct PassFindings {
   nlohmann::ordered_json surface;         // a measure like those of quality_json(); null: none
 };
 
-// All blocks and passes are done: adds up what was measured of them. Commits.
-[[nodiscard]] Result<void> complete(store::StoreWriter& writer, const LayerPlan& plan, const WorkMap& work, const BuiltLayer& layer,
-                                    const PassFindings& findings);
+// All blocks and passes are done: adds up what was measured of them. Commits. Returns what whoever builds the layer should know of it.
+[[nodiscard]] Result<std::vector<std::string>> complete(store::StoreWriter& writer, const LayerPlan& plan, const WorkMap& work,
+                                                        const BuiltLayer& layer, const PassFindings& findings);
 
 }  // namespace vt::pipeline

@@ -32,7 +32,7 @@ class CoveragePass {
         reference_(*plan.codec->kept_above()) {}
 
   [[nodiscard]] Result<nlohmann::ordered_json> run() {
-    VT_ASSIGN(const std::uint64_t base_texels, base_texels_above());
+    VT_ASSIGN(const std::uint64_t base_texels, texels_above(plan_.info.finest));
     const double share = static_cast<double>(base_texels) / texels_of(plan_.info.finest);
     nlohmann::ordered_json chosen;
     chosen["above"] = reference_;
@@ -43,12 +43,14 @@ class CoveragePass {
       // What blocks are made of has 16 bits, what they decode to is worth 8.
       const CoverageScale scale =
           choose_coverage_scale(histogram, share * texels_of(level), reference_, plan_.info.format == TexelFormat::kR16 ? 65535 : 255);
+      VT_CHECK(write_level(level, scale.scale));
+      // What blocks make of the texels beside the reference cannot be foreseen.
+      VT_ASSIGN(const std::uint64_t texels, texels_above(level));
       nlohmann::ordered_json row;
       row["level"] = value;
       row["scale"] = scale.scale;
-      row["share"] = static_cast<double>(scale.reached_texels) / texels_of(level);
+      row["share"] = static_cast<double>(texels) / texels_of(level);
       chosen["levels"].push_back(std::move(row));
-      VT_CHECK(write_level(level, scale.scale));
     }
     return chosen;
   }
@@ -60,7 +62,7 @@ class CoveragePass {
   }
 
   // As a program that tests the stored texels sees it.
-  [[nodiscard]] Result<std::uint64_t> base_texels_above() const {
+  [[nodiscard]] Result<std::uint64_t> texels_above(Level level) const {
     std::atomic<std::uint64_t> above{0};
     const double scale = plan_.info.components[0].scale;
     const auto count = [&](std::size_t, const TileId& tile) -> Result<void> {
@@ -72,7 +74,7 @@ class CoveragePass {
       above += found;
       return {};
     };
-    VT_CHECK(for_each_tile(plan_.info, plan_.info.finest, threads_, cancel_, count));
+    VT_CHECK(for_each_tile(plan_.info, level, threads_, cancel_, count));
     return above.load();
   }
 

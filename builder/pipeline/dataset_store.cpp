@@ -27,7 +27,11 @@ Result<std::optional<DatasetFrame>> existing_frame(const std::filesystem::path& 
                 path.string() + ": the store's metadata name no coordinate reference system, so nothing can be placed in it");
   auto crs = geo::Crs::from_json(metadata["crs"]);
   if (!crs) return fail(crs.error().code, path.string() + ": metadata /crs: " + crs.error().message);
-  return DatasetFrame{*crs, reader.description().area};
+  DatasetFrame frame{*crs, reader.description().area};
+  for (const LayerInfo& layer : reader.layers())
+    if (layer.channel == ChannelType::kIllumination && layer.role == LayerRole::kTexture)
+      frame.stored_light[layer.name] = layer.components[0].scale;
+  return frame;
 }
 
 Result<store::StoreWriter> open_or_create(const std::filesystem::path& path, const geo::Crs& crs, const Area& area) {

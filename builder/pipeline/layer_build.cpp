@@ -168,7 +168,8 @@ Result<void> finish_layer(store::StoreWriter& writer, const LayerPlan& plan, con
   const int fitting = build_memory(plan, layer.block_levels, threads).surface_threads(threads, options.memory_bytes);
   VT_ASSIGN(const std::vector<LevelQuality> surface, measure_surface(writer, plan, layer, fitting, options.cancel));
   if (!surface.empty()) findings.surface = measure_json({.name = "surface", .unit = "m"}, surface, 0);
-  return complete(writer, plan, work, layer, findings);
+  VT_ASSIGN(report.remarks, complete(writer, plan, work, layer, findings));
+  return {};
 }
 
 // Compares a layer that is there with its sources. Afterwards the layer is either complete and up to date, or unfinished and committed so.

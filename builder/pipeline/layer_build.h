@@ -9,6 +9,8 @@
 #include <atomic>
 #include <cstdint>
 #include <functional>
+#include <string>
+#include <vector>
 
 #include "builder/pipeline/block_job.h"
 #include "builder/pipeline/build_stats.h"
@@ -36,11 +38,12 @@ struct BuildOptions {
 struct BuildReport {
   bool was_complete = false;  // nothing to do
   std::int64_t blocks_built = 0;
-  std::int64_t blocks_resumed = 0;  // found in the store from an earlier run
-  std::int64_t blocks_checked = 0;  // whose sources were compared
-  std::int64_t blocks_changed = 0;  // of them
-  TileCounts tile_counts;           // of this run
-  std::uint64_t base_texels = 0;    // of the data at the finest level
+  std::int64_t blocks_resumed = 0;   // found in the store from an earlier run
+  std::int64_t blocks_checked = 0;   // whose sources were compared
+  std::int64_t blocks_changed = 0;   // of them
+  TileCounts tile_counts;            // of this run
+  std::vector<std::string> remarks;  // what became of the data that whoever builds the layer should know, in sentences
+  std::uint64_t base_texels = 0;     // of the data at the finest level
   std::uint64_t tiles = 0;
   std::uint64_t constant_tiles = 0;
   std::uint64_t stored_bytes = 0;

@@ -8,12 +8,15 @@
 #include <limits>
 
 #include "builder/channels/channel_options.h"
+#include "builder/channels/wide_value.h"
 #include "builder/pipeline/layer_grid.h"
 #include "builder/pipeline/layer_kernel.h"
 #include "builder/pipeline/open_sources.h"
 #include "builder/pipeline/parallel.h"
 #include "builder/pipeline/place_source.h"
 #include "builder/pipeline/plan_remarks.h"
+#include "builder/pipeline/stored_light.h"
+#include "builder/pipeline/sure_cover.h"
 #include "store/content_hash.h"
 #include "store/text.h"
 
@@ -25,11 +28,12 @@ std::string area_text(const Area& area) {
          std::to_string(area.north);
 }
 
-channels::ChannelSettings settings_for(const LayerRequest& request, const LayerInfo& info) {
+channels::ChannelSettings settings_for(const LayerRequest& request, const LayerInfo& info, bool samples_are_wide) {
   return {.channel = request.channel,
           .format = info.format,
           .transfer = info.transfer,
           .source_nodata = info.source_nodata,
+          .samples_are_wide = samples_are_wide,
           .options = request.options};
 }
 
@@ -38,7 +42,8 @@ bool writes_the_same(const channels::ChannelCodec& a, const channels::ChannelCod
   const auto is_same = [](const channels::Part& x, const channels::Part& y) {
     return x.suffix == y.suffix && x.format == y.format && x.ranges == y.ranges && x.zero_is_nodata == y.zero_is_nodata;
   };
-  return a.source_planes() == b.source_planes() && a.planes() == b.planes() && std::ranges::equal(a.parts(), b.parts(), is_same);
+  return a.source_planes() == b.source_planes() && std::ranges::equal(a.rules(), b.rules()) &&
+         std::ranges::equal(a.parts(), b.parts(), is_same);
 }
 
 // What the codec adds to a layer whose place and size are known: the meaning of its numbers, and the parts beside it.
@@ -66,15 +71,15 @@ TexelFormat usual_format(ChannelType channel, SampleType samples, bool may_be_em
   return channel_info(channel).default_format;
 }
 
-// All of the layer but its place and size. `may_be_empty`: there can be texels without data inside a source; `first` is the first source's.
-Result<LayerInfo> describe_layer(const LayerRequest& request, bool may_be_empty, const channels::SampleLayout& first) {
+// All of the layer but its place and size, and its format when that is for usual_format() to say. `first` is the first source's.
+Result<LayerInfo> describe_layer(const LayerRequest& request, const channels::SampleLayout& first) {
   if (request.name.empty() || !store::is_plain_text(request.name))
     return fail(ErrorCode::kUsage, "a layer cannot be called \"" + request.name +
                                        "\": a name is UTF-8 without control characters and without characters that reorder text");
   LayerInfo info;
   info.name = request.name;
   info.channel = request.channel;
-  info.format = request.format.value_or(usual_format(request.channel, first.type, may_be_empty));
+  info.format = request.format.value_or(channel_info(request.channel).default_format);
   info.transfer = request.channel == ChannelType::kColor ? Transfer::kSrgb : Transfer::kLinear;
   if (request.tile_texels < 4 || request.tile_texels > 4096 || !std::has_single_bit(static_cast<unsigned>(request.tile_texels)))
     return fail(ErrorCode::kUsage, "tile size " + std::to_string(request.tile_texels) + " is not a power of two from 4 to 4096");
@@ -168,6 +173,7 @@ nlohmann::ordered_json settings_of(const LayerPlan& plan, const std::vector<Open
   settings["grid"] = {plan.info.grid.origin_x, plan.info.grid.origin_y, plan.info.grid.step_x, plan.info.grid.step_y};
   settings["size"] = {plan.info.data.width, plan.info.data.height};
   if (auto rules = edge_rules_of(plan); !rules.empty()) settings["edges"] = std::move(rules);
+  if (plan.codec->rules_version() > 1) settings["rules"] = plan.codec->rules_version();
   if (request.range) settings["range"] = *request.range;
   if (plan.resampling != resample::Method::kBilinear) settings["resample"] = resample::method_name(plan.resampling);
   settings["sources"] = facts_of(sources);
@@ -213,6 +219,30 @@ Result<void> lay_out(const LayerRequest& request, const std::optional<DatasetFra
   return check_frame(plan, frame);
 }
 
+Result<void> give_codecs(const channels::ChannelSettings& settings, const std::vector<OpenSource>& sources,
+                         std::vector<resample::PlacedSource>& placed) {
+  CodecShelf codecs;
+  for (std::size_t i = 0; i < placed.size(); ++i) {
+    auto codec = codecs.codec_for(settings, placed[i].layout);
+    if (!codec) return fail(codec.error().code, sources[i].request.path.string() + ": " + codec.error().message);
+    placed[i].codec = std::move(*codec);
+  }
+  return {};
+}
+
+bool chooses_stored_light(const LayerRequest& request, TexelFormat format) {
+  return request.channel == ChannelType::kIllumination && format != TexelFormat::kRgba32Float && !request.options.contains("stored-scale");
+}
+
+// A layer that is there keeps its scale, whatever its sources are now.
+Result<double> stored_light_of(const LayerRequest& request, const std::optional<DatasetFrame>& frame, const LayerInfo* existing,
+                               const std::vector<resample::PlacedSource>& placed) {
+  if (existing != nullptr) return existing->components[0].scale;
+  if (frame)
+    if (const auto known = frame->stored_light.find(request.name); known != frame->stored_light.end()) return known->second;
+  return choose_stored_light(placed);
+}
+
 Result<void> plan_with_sources(const LayerRequest& request, const std::optional<DatasetFrame>& frame, const PlanOptions& options,
                                LayerPlan& plan) {
   const int threads = thread_count(options.threads);
@@ -229,9 +259,8 @@ Result<void> plan_with_sources(const LayerRequest& request, const std::optional<
     VT_ASSIGN(ChosenSamples chosen, choose_samples(request, source));
     samples.push_back(std::move(chosen));
   }
-  const bool may_be_empty =
-      std::ranges::any_of(samples, [](const ChosenSamples& s) { return s.layout.has_alpha || s.layout.nodata.has_value(); });
-  VT_ASSIGN(plan.info, describe_layer(request, may_be_empty, samples.front().layout));
+  const channels::SampleLayout& first = samples.front().layout;
+  VT_ASSIGN(plan.info, describe_layer(request, first));
   std::vector<Bounds> bounds(sources.size());
   VT_CHECK(for_each_index(sources.size(), threads, [&](std::size_t i) -> Result<void> {
     VT_ASSIGN(bounds[i], bounds_in(plan.crs, sources[i]));
@@ -257,12 +286,14 @@ Result<void> plan_with_sources(const LayerRequest& request, const std::optional<
     VT_ASSIGN(placed[i], place_source(samples[i], plan.resampling, plan.info, plan.crs, sources[i], bounds[i]));
     return {};
   }));
-  CodecShelf codecs;
-  const channels::ChannelSettings settings = settings_for(request, plan.info);
-  for (std::size_t i = 0; i < placed.size(); ++i) {
-    auto codec = codecs.codec_for(settings, placed[i].layout);
-    if (!codec) return fail(codec.error().code, sources[i].request.path.string() + ": " + codec.error().message);
-    placed[i].codec = std::move(*codec);
+  if (!request.format)
+    plan.info.format = usual_format(request.channel, first.type, !is_surely_covered(plan.info, plan.crs, sources, placed));
+  const bool samples_are_wide = std::ranges::any_of(placed, [](const auto& source) { return channels::is_wide(source.layout.type); });
+  channels::ChannelSettings settings = settings_for(request, plan.info, samples_are_wide);
+  VT_CHECK(give_codecs(settings, sources, placed));
+  if (chooses_stored_light(request, plan.info.format)) {
+    VT_ASSIGN(settings.stored_light, stored_light_of(request, frame, options.existing, placed));
+    if (settings.stored_light != 1.0) VT_CHECK(give_codecs(settings, sources, placed));
   }
   plan.codec = placed.front().codec;
   if (!plan.codec->keeps_numbers()) plan.info.source_nodata = std::numeric_limits<double>::quiet_NaN();
@@ -302,9 +333,10 @@ Result<void> plan_without_sources(const LayerRequest& request, const std::option
                                       .has_alpha = expected.has_alpha,
                                       .nodata = expected.nodata,
                                       .range = request.range};
-  VT_ASSIGN(plan.info, describe_layer(request, expected.has_alpha || expected.nodata.has_value(), layout));
+  VT_ASSIGN(plan.info, describe_layer(request, layout));
+  if (!request.format) plan.info.format = usual_format(request.channel, expected.type, expected.has_alpha || expected.nodata.has_value());
   VT_CHECK(lay_out(request, frame, nullptr, bounds, plan));
-  auto codec = CodecShelf().codec_for(settings_for(request, plan.info), layout);
+  auto codec = CodecShelf().codec_for(settings_for(request, plan.info, channels::is_wide(layout.type)), layout);
   if (!codec) return fail(codec.error().code, "layer '" + request.name + "': " + codec.error().message);
   plan.codec = std::move(*codec);
   describe_parts(plan);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <map>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -25,6 +26,7 @@ namespace vt::pipeline {
 struct DatasetFrame {
   geo::Crs crs;
   std::optional<Area> area;
+  std::map<std::string, double> stored_light = {};  // of its illumination layers: the light of the number 1
 };
 
 struct LayerPlan {
@@ -52,7 +54,7 @@ struct LayerPlan {
 struct PlanOptions {
   bool may_lack_sources = false;  // a layer that says what to expect is planned even if its sources are not there; it cannot be built
   std::size_t source_cache_bytes = std::size_t{32} << 20;  // decoded source blocks kept, all sources together
-  const LayerInfo* existing = nullptr;  // the layer is there: its grid, its size and what it calls "no data" are taken, not chosen
+  const LayerInfo* existing = nullptr;  // the layer is there: its grid, its size, its scale of light and what it calls "no data" are taken
   int threads = 0;                      // that open sources; 0: as many as the machine has
   std::filesystem::path
       scratch_folder;  // where decoded samples of sources without tiles wait, see builder/source/cell_store.h; empty: none

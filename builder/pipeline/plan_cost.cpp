@@ -97,11 +97,13 @@ PlanEstimate estimate_cost(const LayerPlan& plan, int block_levels, int threads,
   std::uint64_t kept_blocks = 0;
   std::uint64_t blocks = 0;
   std::uint64_t quality_bytes = 0;
-  for (const Tier& tier : plan_tiers(plan.info, block_levels)) {
+  const std::vector<Tier> tiers = plan_tiers(plan.info, block_levels);
+  for (std::size_t i = 0; i < tiers.size(); ++i) {
+    const Tier& tier = tiers[i];
     const auto tier_blocks = static_cast<std::uint64_t>(tier.blocks());
     if (tier.has_carry) kept_blocks += tier_blocks;
     blocks += tier_blocks;
-    quality_bytes += tier_blocks * block_quality_bytes(static_cast<std::size_t>(tier.outputs), plan.codec->measures().size());
+    quality_bytes += tier_blocks * block_quality_bytes(quality_shape(*plan.codec, i, tier.outputs));
   }
   if (quality_bytes == 0) blocks = 0;  // nothing is measured, nothing is left
   const std::uint64_t carry_tile =

@@ -18,9 +18,12 @@ namespace vt::pyramid {
 
 class EdgeCentres {
  public:
-  // The values are those of plane 0.
+  // The values are those of plane 0, and of its remainder when there is one.
   EdgeCentres(const channels::CentreRange& range, std::span<const channels::PlaneRule> rules, int weight_plane)
-      : range_(range), rules_(rules.begin(), rules.end()), weight_plane_(weight_plane) {}
+      : range_(range),
+        rules_(rules.begin(), rules.end()),
+        is_wide_(rules_.size() > 1 && rules_[1] == channels::PlaneRule::kRemainder),
+        weight_plane_(weight_plane) {}
 
   // Of row `y`, which is written: bounds hold the values at the centres too, here and so in all coarser levels.
   void widen_bounds(PlaneRows& rows, const LayerShape& layer, std::int64_t y) const;
@@ -32,6 +35,7 @@ class EdgeCentres {
  private:
   channels::CentreRange range_;
   std::vector<channels::PlaneRule> rules_;
+  bool is_wide_;
   int weight_plane_;
 };
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cassert>
 
 #include "builder/channels/coverage.h"
 #include "builder/pyramid/reduce_rows.h"
@@ -40,6 +41,7 @@ PlaneHalver::PlaneHalver(std::span<const PlaneRule> rules, int weight_plane, con
   for (int p = 0; p < static_cast<int>(rules_.size()); ++p)
     if (is_linear(p) && p != weight_plane) value_planes_.push_back(p);
   if (kernel.taps == 2) return;
+  assert(std::ranges::count(rules_, PlaneRule::kRemainder) == 0);
   added_.assign(rules_.size() * static_cast<std::size_t>(widest), 0.0F);
   scratch_.assign((value_planes_.size() + 1) * halve_scratch_floats(static_cast<std::size_t>(widest) / 2), 0.0F);
 }
@@ -88,11 +90,12 @@ bool PlaneHalver::is_whole(const Strip& strip) const {
 void PlaneHalver::take_extremes(const PlaneRows& fine, std::int64_t y, const Strip& strip) const {
   const auto count = static_cast<std::size_t>(strip.rect.width);
   for (int p = 0; p < static_cast<int>(rules_.size()); ++p) {
-    if (is_linear(p)) continue;
+    const PlaneRule rule = rules_[static_cast<std::size_t>(p)];
+    if (rule != PlaneRule::kLeast && rule != PlaneRule::kGreatest) continue;
     const float* const upper = fine.row_or_nothing(2 * y, p) + strip.source;
     const float* const lower = fine.row_or_nothing(2 * y + 1, p) + strip.source;
     float* const out = strip.out[static_cast<std::size_t>(p)];
-    if (rules_[static_cast<std::size_t>(p)] == PlaneRule::kLeast)
+    if (rule == PlaneRule::kLeast)
       least_of_four(upper, lower, count, out);
     else
       greatest_of_four(upper, lower, count, out);
@@ -105,15 +108,19 @@ bool PlaneHalver::halve_pairs(const PlaneRows& fine, std::int64_t y, const Strip
   const bool opaque = has_both && fine.is_opaque(2 * y) && fine.is_opaque(2 * y + 1) && !strip.cuts_west && !strip.cuts_east;
   const auto count = static_cast<std::size_t>(strip.rect.width);
   for (int p = 0; p < static_cast<int>(rules_.size()); ++p) {
-    if (!is_linear(p)) continue;
+    const bool is_remainder = rules_[static_cast<std::size_t>(p)] == PlaneRule::kRemainder;
+    if (!is_linear(p) && !is_remainder) continue;
+    const auto fine_row = [&](std::int64_t row, int plane) { return fine.row_or_nothing(row, plane) + strip.source; };
     float* const out = strip.out[static_cast<std::size_t>(p)];
-    const float* const upper = fine.row_or_nothing(2 * y, p) + strip.source;
     if (opaque && p == weight_plane_)
       std::fill_n(out, count, 1.0F);
     else if (kernel_.is_point)
-      pick_first(upper, count, out);
+      pick_first(fine_row(2 * y, p), count, out);
+    else if (is_remainder)
+      remainder_of_four({fine_row(2 * y, p - 1), fine_row(2 * y, p)}, {fine_row(2 * y + 1, p - 1), fine_row(2 * y + 1, p)},
+                        strip.out[static_cast<std::size_t>(p) - 1], count, out);
     else
-      halve_two_rows(upper, fine.row_or_nothing(2 * y + 1, p) + strip.source, kernel_, count, out);
+      halve_two_rows(fine_row(2 * y, p), fine_row(2 * y + 1, p), kernel_, count, out);
   }
   return opaque || is_whole(strip);
 }

@@ -12,6 +12,7 @@ using channels::PlaneRule;
 float neutral_value(PlaneRule rule) {
   switch (rule) {
     case PlaneRule::kLinear:
+    case PlaneRule::kRemainder:
       return 0.0F;
     case PlaneRule::kLeast:
       return std::numeric_limits<float>::infinity();
@@ -75,6 +76,14 @@ void PlaneRows::end_row(bool opaque) {
   ++next_;
 }
 
+// `values` and `remainders` are rows of one value in two planes; the first has the seam texel already.
+float PlaneRows::remainder_of(const float* values, const float* remainders, const SeamTexel& texel) {
+  const auto whole = [&](std::int64_t at) { return static_cast<double>(values[at]) + static_cast<double>(remainders[at]); };
+  const double share = texel.share;
+  const double value = (1.0 - share) * whole(texel.first) + share * whole(texel.second);
+  return static_cast<float>(value - static_cast<double>(values[texel.at]));
+}
+
 void PlaneRows::fill_pads(std::size_t slot) {
   for (std::size_t p = 0; p < rules_.size(); ++p) {
     float* const row = floats_.data() + offset_of(slot, static_cast<int>(p));
@@ -85,6 +94,8 @@ void PlaneRows::fill_pads(std::size_t slot) {
         row[texel.at] = first;
       else if (rules_[p] == PlaneRule::kLinear)
         row[texel.at] = (1.0F - texel.share) * first + texel.share * second;
+      else if (rules_[p] == PlaneRule::kRemainder)
+        row[texel.at] = remainder_of(row - stride_, row, texel);
       else
         row[texel.at] = rules_[p] == PlaneRule::kLeast ? std::min(first, second) : std::max(first, second);
     }

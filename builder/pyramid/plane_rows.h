@@ -64,6 +64,7 @@ class PlaneRows {
 
   void plan_seam(const LayerShape& layer, std::int64_t reach);
   void fill_pads(std::size_t slot);
+  [[nodiscard]] static float remainder_of(const float* values, const float* remainders, const SeamTexel& texel);
   [[nodiscard]] std::size_t slot_of(std::int64_t y) const { return static_cast<std::size_t>((y - plan_.active.y) % rows_); }
   [[nodiscard]] std::size_t offset_of(std::size_t slot, int plane) const {
     return (slot * rules_.size() + static_cast<std::size_t>(plane)) * static_cast<std::size_t>(stride_) + kPad;

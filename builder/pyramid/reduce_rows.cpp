@@ -369,6 +369,18 @@ void limit_to_four_rows(const float* const* rows, std::size_t count, float* scra
   HWY_DYNAMIC_DISPATCH(LimitToFourRows)(rows, count, scratch, out);
 }
 
+// Not dispatched: sums of doubles in a fixed order, the same on every CPU. Four floats of like size add up in a double without rounding.
+void remainder_of_four(const PlaneAndRemainder& upper, const PlaneAndRemainder& lower, const float* halved, std::size_t count, float* out) {
+  const auto four = [](const float* a, const float* b, std::size_t i) {
+    return (static_cast<double>(a[2 * i]) + static_cast<double>(a[2 * i + 1])) +
+           (static_cast<double>(b[2 * i]) + static_cast<double>(b[2 * i + 1]));
+  };
+  for (std::size_t i = 0; i < count; ++i) {
+    const double mean = 0.25 * four(upper.plane, lower.plane, i);
+    out[i] = static_cast<float>((mean - static_cast<double>(halved[i])) + 0.25 * four(upper.remainder, lower.remainder, i));
+  }
+}
+
 void pick_first(const float* row, std::size_t count, float* out) {
   for (std::size_t i = 0; i < count; ++i) out[i] = row[2 * i];
 }

@@ -49,6 +49,14 @@ void greatest_of_four(const float* upper, const float* lower, std::size_t count,
 // `scratch` holds 4 * count + 4 floats.
 void limit_to_four_rows(const float* const* rows, std::size_t count, float* scratch, float* out);
 
+// What rounding takes from halve_two_rows() with weights of a half, in double precision: out[i] = the mean of the four fine values, each
+// plane + remainder, less `halved[i]`. All rows are as of halve_two_rows(), `halved` is what it made of the plane.
+struct PlaneAndRemainder {
+  const float* plane;
+  const float* remainder;
+};
+void remainder_of_four(const PlaneAndRemainder& upper, const PlaneAndRemainder& lower, const float* halved, std::size_t count, float* out);
+
 // out[i] = row[2 * i].
 void pick_first(const float* row, std::size_t count, float* out);
 

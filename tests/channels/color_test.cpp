@@ -98,7 +98,7 @@ TEST(ColorCodec, RangeSaysWhatIsBlackAndWhite) {
   ASSERT_TRUE(codec->encode_row(0, rows.middle(false), 6, reinterpret_cast<std::byte*>(texels.data())).has_value());
   EXPECT_EQ(texels[0], 0);
   EXPECT_EQ(texels[3], 0);
-  EXPECT_EQ(texels[6], 128);  // 127.5 rounds up
+  EXPECT_EQ(texels[6], 127);  // half way between 127 and 128 as a code, but nearer to 127 as light
   EXPECT_EQ(texels[9], 255);
   EXPECT_EQ(texels[12], 255);
   EXPECT_EQ(rows.row(1)[3][5], 0.0F) << "NaN is no data";
@@ -157,8 +157,74 @@ TEST(ColorCodec, LinearInputIsEncodedAsSrgb) {
   EXPECT_TRUE(codec->decode_row(bytes_of(samples), 256, rows.row(1)));
   std::vector<std::uint8_t> texels(samples.size());
   ASSERT_TRUE(codec->encode_row(0, rows.middle(true), 256, reinterpret_cast<std::byte*>(texels.data())).has_value());
-  for (int c = 0; c < 256; ++c)
-    EXPECT_EQ(texels[static_cast<std::size_t>(3 * c)], std::lround(255.0 * srgb_from_linear(c / 255.0))) << "light " << c << " / 255";
+  for (int c = 0; c < 256; ++c) {
+    int wanted = 0;
+    for (int code = 1; code < 256; ++code)
+      if (std::abs(linear_from_srgb(code / 255.0) - c / 255.0) < std::abs(linear_from_srgb(wanted / 255.0) - c / 255.0)) wanted = code;
+    EXPECT_EQ(texels[static_cast<std::size_t>(3 * c)], wanted) << "light " << c << " / 255";
+  }
+}
+
+TEST(ColorCodec, ErrorsOfCoverageAreMeasuredWhereItIsStored) {
+  for (const TexelFormat format : {TexelFormat::kRgba8, TexelFormat::kBc3, TexelFormat::kBc7}) {
+    const auto codec = color({.has_alpha = true}, format);
+    ASSERT_EQ(codec->measures().size(), 2U);
+    EXPECT_EQ(codec->measures()[1].name, "coverage");
+    const std::vector<std::uint8_t> samples{10, 20, 30, 255, 10, 20, 30, 51, 10, 20, 30, 0};
+    Rows rows(3);
+    codec->decode_row(bytes_of(samples), 3, rows.row(1));
+    const std::vector<float> stored{10, 20, 30, 245, 10, 20, 30, 71, 99, 99, 99, 5};
+    std::vector<ErrorSum> errors(2);
+    codec->add_errors(0, rows.middle(false).here, stored.data(), 3, errors);
+    EXPECT_EQ(errors[1].count, 3U) << "what is clear has a coverage too";
+    EXPECT_NEAR(errors[1].largest, 20.0 / 255, 1e-7);
+    EXPECT_NEAR(errors[1].sum, 35.0 / 255, 1e-7);
+    EXPECT_NEAR(errors[1].stored_total / errors[1].reference_total, 321.0 / 306, 1e-7);
+  }
+  EXPECT_EQ(color({.has_alpha = true}, TexelFormat::kBc1)->measures().size(), 1U);
+}
+
+// The coarser levels of a strip one texel wide are covered by a quarter, a sixteenth and so on.
+TEST(ColorCodec, ErrorsOfLightAreMeasuredHoweverLittleIsCovered) {
+  for (const TexelFormat format : {TexelFormat::kRgb8, TexelFormat::kBc1, TexelFormat::kRgba8}) {
+    const auto codec = color({}, format);
+    const double light = linear_from_srgb(100 / 255.0);
+    for (const float weight : {1.0F, 0.25F, 1.0F / 64}) {
+      Rows rows(1);
+      for (std::size_t p = 0; p < 3; ++p) rows.row(1)[p][0] = weight * static_cast<float>(light);
+      rows.row(1)[3][0] = weight;
+      const std::vector<float> stored{100, 102, 100, std::round(255.0F * weight)};
+      std::vector<ErrorSum> errors(codec->measures().size());
+      codec->add_errors(0, rows.middle(false).here, stored.data(), 1, errors);
+      EXPECT_EQ(errors[0].count, 3U) << format_info(format).name << " " << weight;
+      const double seen = format == TexelFormat::kRgba8 ? static_cast<double>(weight) : 1.0;
+      EXPECT_NEAR(errors[0].largest, seen * (linear_from_srgb(102 / 255.0) - light), 1e-7);
+    }
+  }
+}
+
+TEST(ColorCodec, OpaqueFormatsSayWhatTheyShowWhereThereAreNoData) {
+  const auto counted = [](const SampleLayout& layout, TexelFormat format, const std::vector<std::uint8_t>& samples) {
+    const auto codec = color(layout, format);
+    const std::int64_t count = 3;
+    Rows rows(count);
+    const bool opaque = codec->decode_row(bytes_of(samples), count, rows.row(1));
+    std::vector<LossCount> counts(codec->losses().size());
+    codec->count_losses(rows.middle(opaque).here, opaque, count, 40, 7, counts);
+    return std::pair(codec->losses().empty() ? std::string() : codec->losses()[0].what, counts);
+  };
+  const std::vector<std::uint8_t> translucent{1, 2, 3, 255, 1, 2, 3, 0, 1, 2, 3, 1};
+  const auto [what, counts] = counted({.has_alpha = true}, TexelFormat::kRgb8, translucent);
+  EXPECT_NE(what.find("rgb8 cannot say: it shows the neighbours' colour, or black where they have none"), std::string::npos) << what;
+  ASSERT_EQ(counts.size(), 1U);
+  EXPECT_EQ(counts[0].texels, 1U) << "what is hardly covered has a colour";
+  EXPECT_EQ(counts[0].x, 41);
+  EXPECT_EQ(counts[0].y, 7);
+  const std::vector<std::uint8_t> holes{9, 9, 9, 1, 2, 3, 9, 9, 9};
+  const auto [code, holes_counted] = counted({.nodata = 9.0}, TexelFormat::kBc1, holes);
+  EXPECT_NE(code.find("the sources' own code 9; to keep them apart use bc3 or bc7"), std::string::npos) << code;
+  EXPECT_EQ(holes_counted[0].texels, 2U);
+  EXPECT_TRUE(counted({.has_alpha = true}, TexelFormat::kRgba8, translucent).second.empty());
 }
 
 TEST(ColorCodec, CoverageThatIsNoNumberIsNone) {

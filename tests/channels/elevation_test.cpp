@@ -172,6 +172,82 @@ TEST(ElevationCodec, HalvesAndCodesOfBoundsEncloseWhatTheyBound) {
     }
 }
 
+std::unique_ptr<const ChannelCodec> wide_heights(TexelFormat format, const SampleLayout& layout, const Options& options) {
+  auto codec =
+      make_elevation_codec({.channel = ChannelType::kElevation, .format = format, .samples_are_wide = true, .options = options}, layout);
+  EXPECT_TRUE(codec.has_value()) << (codec ? "" : codec.error().message);
+  return std::move(*codec);
+}
+
+// Of heights that no float is: `codec` was made for them.
+template <class Sample>
+void expect_wide_heights_are_held(const ChannelCodec& codec, const std::vector<Sample>& samples, double half_step) {
+  const auto count = static_cast<std::int64_t>(samples.size());
+  Rows rows(count);
+  ASSERT_TRUE(codec.decode_row(bytes_of(samples), count, rows.row(1)));
+  codec.derive_row(count, rows.row(1));
+  for (std::size_t part = 0; part < 2; ++part) {
+    const Part& info = codec.parts()[part];
+    std::vector<std::byte> texels(samples.size() * format_info(info.format).block_bytes);
+    const auto done = codec.encode_row(part, rows.middle(true), count, texels.data());
+    ASSERT_TRUE(done.has_value()) << done.error().message;
+    std::vector<float> stored(samples.size() * (part + 1));
+    store::decode_texels(info.format, texels, samples.size(), 1, stored);
+    const auto value = [&](std::size_t i) { return info.ranges[0].offset + info.ranges[0].scale * static_cast<double>(stored[i]); };
+    if (part == 0) {
+      // As stored, in double: the truth that is reported.
+      double largest = 0.0;
+      for (std::size_t i = 0; i < samples.size(); ++i) {
+        EXPECT_NEAR(value(i), static_cast<double>(samples[i]), half_step);
+        largest = std::max(largest, std::abs(value(i) - static_cast<double>(samples[i])));
+      }
+      std::vector<ErrorSum> errors(1);
+      codec.add_errors(0, rows.middle(true).here, stored.data(), count, errors);
+      EXPECT_NEAR(errors[0].largest, largest, 1e-14 * std::abs(static_cast<double>(samples[0]))) << "48 bits of planes";
+      continue;
+    }
+    for (std::size_t i = 0; i < samples.size(); ++i) {
+      EXPECT_LE(value(2 * i), static_cast<double>(samples[i]));
+      EXPECT_GE(value(2 * i + 1), static_cast<double>(samples[i]));
+      EXPECT_LE(value(2 * i + 1) - value(2 * i), 4.0 * half_step + 1e-11) << "no wider than two steps: of the planes, of what is stored";
+    }
+  }
+}
+
+TEST(ElevationCodec, HeightsThatNoFloatIsAreBoundedOutwardAndMeasuredAgainst) {
+  std::mt19937 random(14);
+  std::uniform_real_distribution<double> relief(0.0, 50.0);
+  const Options bounds{{"bounds", "yes"}};
+  const auto doubles = [&](double base) {
+    std::vector<double> samples(4000);
+    for (double& sample : samples) sample = base + relief(random);
+    return samples;
+  };
+  const SampleLayout f64{.type = SampleType::kFloat64, .value_bands = 1};
+  const auto in_range = [&](double low, double high) {
+    return SampleLayout{.type = SampleType::kFloat64, .value_bands = 1, .range = std::array<double, 2>{low, high}};
+  };
+  expect_wide_heights_are_held(*wide_heights(TexelFormat::kR32Float, f64, bounds), doubles(8000.0), 0x1p-12);
+  expect_wide_heights_are_held(*wide_heights(TexelFormat::kR16Float, f64, bounds), doubles(8000.0), 2.0);
+  // 200 m in 65534 steps: 2^-8 m. 10 km: 2^-2 m.
+  expect_wide_heights_are_held(*wide_heights(TexelFormat::kR16, in_range(7900, 8100), bounds), doubles(8000.0), 0x1p-9);
+  expect_wide_heights_are_held(*wide_heights(TexelFormat::kR16, in_range(6370000, 6380000), bounds), doubles(6.37e6), 0x1p-3);
+  // Millimetres about a million.
+  std::vector<double> waves;
+  for (int i = 0; i < 2000; ++i) waves.push_back(1e6 + 1e-3 * std::sin(i / 3.0) + 1e-3 * std::cos(i / 4.0));
+  const double step = 0x1p-16;
+  expect_wide_heights_are_held(*wide_heights(TexelFormat::kR16, in_range(999999.99, 1000000.01), bounds), waves, 0.5 * step + 4e-9);
+
+  std::vector<std::int32_t> integers(4000);
+  for (std::int32_t& sample : integers) sample = 2147483647 - static_cast<std::int32_t>(random() % 100000);
+  expect_wide_heights_are_held(*wide_heights(TexelFormat::kR32Float, {.type = SampleType::kInt32, .value_bands = 1}, bounds), integers,
+                               64.0);
+  std::vector<std::uint32_t> large(4000);
+  for (std::uint32_t& sample : large) sample = 4294967295U - random() % 100000;
+  expect_wide_heights_are_held(*wide_heights(TexelFormat::kR32Float, {.type = SampleType::kUint32, .value_bands = 1}, bounds), large,
+                               128.0);
+}
+
 TEST(ElevationCodec, RoundingIsWithoutBias) {
   // Means of two and four whole metres end in quarters; ties must not all go up.
   const auto codec =

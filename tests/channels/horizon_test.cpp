@@ -250,5 +250,22 @@ TEST(HorizonCodec, RefusesWhatWouldBeWrongAndSaysWhatToUse) {
   EXPECT_EQ(refusal(TexelFormat::kRgba16, {.type = SampleType::kInt16, .value_bands = 2}, {{"angles", "deg"}}), "");
 }
 
+TEST(HorizonCodec, AnglesBeyondTheSpanAndMissingOnesAreCounted) {
+  const std::vector<float> samples{5.0F, -11.0F, 61.0F, 60.0F, std::nanf("")};
+  const Options options{{"azimuths", "90"}, {"angles", "deg"}, {"span", "-10,60"}};
+  for (const TexelFormat format : {TexelFormat::kRg16, TexelFormat::kBc5}) {
+    const auto codec = codec_for(format, floats(1), options);
+    Decoded row(*codec, samples, 1);
+    std::vector<LossCount> counts(codec->losses().size());
+    codec->count_losses(row.rows.middle(row.opaque).here, row.opaque, row.count, 0, 0, counts);
+    ASSERT_EQ(counts.size(), format == TexelFormat::kBc5 ? 2U : 1U);
+    EXPECT_EQ(counts[0].texels, 2U);
+    EXPECT_EQ(counts[0].x, 1);
+    if (counts.size() == 2) {
+      EXPECT_EQ(counts[1].texels, 1U) << "bc5 has no code for no data";
+    }
+  }
+}
+
 }  // namespace
 }  // namespace vt::channels

@@ -113,6 +113,73 @@ TEST(IlluminationCodec, WhatIsCutOffIsReportedAndTheTotalFalls) {
   EXPECT_EQ(errors[0].stored_total, 3 * 65604.0);
 }
 
+TEST(IlluminationCodec, TheMeanOfSamplesTooLargeToAddIsRefused) {
+  for (const TexelFormat format : kFormats) {
+    const auto codec = made({.type = SampleType::kFloat32, .value_bands = 1}, format);
+    Rows rows(2);
+    (*codec)->decode_row(bytes_of(std::vector<float>{1.0F, 2.0F}), 2, rows.row(1));
+    rows.row(1)[2][1] = std::numeric_limits<float>::infinity();
+    std::array<std::byte, 32> texels{};
+    const auto done = (*codec)->encode_row(0, rows.middle(true), 2, texels.data());
+    ASSERT_FALSE(done.has_value()) << format_info(format).name;
+    EXPECT_EQ(done.error().code, ErrorCode::kInvalidData);
+    EXPECT_NE(done.error().message.find("--nodata"), std::string::npos);
+  }
+}
+
+// A power of two moves exponents: light in another unit has the same codes and another scale.
+TEST(IlluminationCodec, AStoredScaleIsTheSameLightInAnotherUnit) {
+  std::vector<float> samples{0.0F, 1.0F, 0.7F, 12.5F, 900.0F, 0x1p-13F, 3e-5F};
+  std::vector<float> small;
+  for (const float sample : samples) small.push_back(std::ldexp(sample, -20));
+  const SampleLayout layout{.type = SampleType::kFloat32, .value_bands = 1};
+  for (const TexelFormat format : kFormats) {
+    const auto scaled = made(layout, format, {{"stored-scale", "9.5367431640625e-07"}});
+    for (std::size_t c = 0; c < 3; ++c) EXPECT_EQ((*scaled)->parts()[0].ranges[c].scale, 0x1p-20);
+    EXPECT_EQ((*scaled)->parts()[0].ranges[3].scale, 1.0) << "coverage has none";
+    EXPECT_EQ(there_and_back(layout, format, small, {{"stored-scale", "9.5367431640625e-07"}}), there_and_back(layout, format, samples))
+        << format_info(format).name;
+  }
+  // What a plan chooses for a layer counts unless the user does.
+  const ChannelSettings settings{.channel = ChannelType::kIllumination, .format = TexelFormat::kRgb9e5, .stored_light = 0.25};
+  EXPECT_EQ((*make_codec(settings, layout))->parts()[0].ranges[0].scale, 0.25);
+}
+
+TEST(IlluminationCodec, ErrorsAreInTheUnitOfLightWhateverTheScale) {
+  const auto codec = made({.type = SampleType::kFloat32, .value_bands = 1}, TexelFormat::kRgb9e5, {{"stored-scale", "0.125"}});
+  Rows rows(2);
+  (*codec)->decode_row(bytes_of(std::vector<float>{8.0F, 10000.0F}), 2, rows.row(1));
+  const std::vector<float> stored{64, 64, 72, 65408, 65408, 65408};
+  std::vector<ErrorSum> errors(2);
+  (*codec)->add_errors(0, rows.middle(true).here, stored.data(), 2, errors);
+  EXPECT_EQ(errors[0].largest, 10000.0 - 65408.0 / 8);
+  EXPECT_EQ(errors[1].largest, 10000.0 - 65408.0 / 8) << "cut off at the largest number times the scale";
+  EXPECT_EQ(errors[0].sum, 1.0 + 3 * (10000.0 - 65408.0 / 8));
+}
+
+TEST(IlluminationCodec, LightThatIsCutOffOrLostIsCounted) {
+  const std::vector<float> samples{70000.0F, 1.0F, 1e-8F, 0.0F, std::nanf("")};
+  for (const TexelFormat format : kFormats) {
+    const auto codec = made({.type = SampleType::kFloat32, .value_bands = 1}, format);
+    Rows rows(5);
+    const bool opaque = (*codec)->decode_row(bytes_of(samples), 5, rows.row(1));
+    std::vector<LossCount> counts((*codec)->losses().size());
+    (*codec)->count_losses(rows.middle(opaque).here, opaque, 5, 0, 3, counts);
+    if (format == TexelFormat::kRgba32Float) {
+      EXPECT_TRUE(counts.empty());
+      continue;
+    }
+    ASSERT_EQ(counts.size(), format == TexelFormat::kRgba16Float ? 2U : 3U);
+    EXPECT_EQ(counts[0].texels, 1U) << "more than the format holds";
+    EXPECT_EQ(counts[0].x, 0);
+    EXPECT_EQ(counts[1].texels, 1U) << "less than half of the least number above nothing";
+    EXPECT_EQ(counts[1].x, 2);
+    if (counts.size() > 2) {
+      EXPECT_EQ(counts[2].x, 4) << "no data is darkness";
+    }
+  }
+}
+
 TEST(IlluminationCodec, OutsideIsUncoveredOrDark) {
   for (const TexelFormat format : {TexelFormat::kRgba32Float, TexelFormat::kRgba16Float, TexelFormat::kRgb9e5}) {
     const auto codec = made({.value_bands = 1}, format);

@@ -49,6 +49,17 @@ TEST(MaskCodec, ListedValuesAreInsideAndAllOthersOutside) {
   EXPECT_EQ(there_and_back<std::uint8_t>(*of_bytes, std::vector<std::uint8_t>{1, 2, 3}, 3), (std::vector<std::uint8_t>{0, 255, 0}));
 }
 
+TEST(MaskCodec, TexelsWithoutDataAreCountedBecauseZeroCannotSayIt) {
+  const auto codec = mask({.value_bands = 1, .nodata = 9.0});
+  Rows rows(4);
+  const bool opaque = codec->decode_row(bytes_of(std::vector<std::uint8_t>{0, 9, 255, 9}), 4, rows.row(1));
+  std::vector<LossCount> counts(codec->losses().size());
+  codec->count_losses(rows.middle(opaque).here, opaque, 4, 10, 2, counts);
+  ASSERT_EQ(counts.size(), 1U);
+  EXPECT_EQ(counts[0].texels, 2U);
+  EXPECT_EQ(counts[0].x, 11);
+}
+
 TEST(MaskCodec, NodataAndClearTexelsWeighNothing) {
   const auto with_nodata = mask({.value_bands = 1, .nodata = 9.0});
   Rows rows(2);

@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include <bit>
 #include <cmath>
 #include <cstring>
 #include <numbers>
@@ -9,7 +10,6 @@
 #include "builder/channels/channel_makers.h"
 #include "builder/channels/normal_moments.h"
 #include "builder/channels/normal_rows.h"
-#include "store/half.h"
 #include "tests/channels/row_fixture.h"
 
 namespace vt::channels {
@@ -239,6 +239,11 @@ TEST(NormalCodec, ADirectionThatLooksDownGoesToTheRimAndSaysSo) {
   const auto values = values_of<std::uint16_t>(*codec, 0, row);
   EXPECT_EQ(values[0], 1.0);
   EXPECT_EQ(values[1], 0.0);
+  std::vector<LossCount> counts(codec->losses().size());
+  codec->count_losses(row.rows.middle(true).here, true, 2, 0, 0, counts);
+  ASSERT_EQ(counts.size(), 1U);
+  EXPECT_EQ(counts[0].texels, 2U);
+  EXPECT_NE(codec->losses()[0].what.find("rg16 cannot say"), std::string::npos);
   std::vector<ErrorSum> errors(2);
   const std::vector<float> stored{65535.0F, 32768.0F, 65535.0F, 32768.0F};
   codec->add_errors(0, row.rows.middle(true).here, stored.data(), 2, errors);
@@ -282,49 +287,96 @@ TEST(NormalCodec, TheMeanOverASphericalCapHasItsClosedFormLength) {
   }
 }
 
-TEST(NormalCodec, MomentsGiveTheSlopesCovariance) {
-  std::mt19937 random(9);
-  std::normal_distribution<float> slope_x(0.3F, 0.4F);
-  std::normal_distribution<float> noise(0.0F, 0.2F);
-  constexpr int kCount = 512;
-  std::vector<float> samples;
-  std::vector<std::array<double, 2>> slopes;
-  for (int i = 0; i < kCount; ++i) {
-    const float x = slope_x(random);
-    const float y = 0.5F * x + noise(random);
-    samples.insert(samples.end(), {x, y, 1.0F});
-    slopes.push_back({x, y});
+// What readers make of the two moment parts of a row: means, variances and the covariance.
+struct SlopeStatistics {
+  double mean_x, mean_y, variance_x, variance_y, covariance;
+};
+std::vector<SlopeStatistics> slope_statistics(const ChannelCodec& codec, Decoded& row) {
+  std::vector<float> along(static_cast<std::size_t>(row.count) * 4);
+  std::vector<float> cross(static_cast<std::size_t>(row.count));
+  EXPECT_TRUE(codec.encode_row(2, row.rows.middle(row.opaque), row.count, reinterpret_cast<std::byte*>(along.data())).has_value());
+  EXPECT_TRUE(codec.encode_row(3, row.rows.middle(row.opaque), row.count, reinterpret_cast<std::byte*>(cross.data())).has_value());
+  std::vector<SlopeStatistics> result;
+  for (std::size_t i = 0; i < cross.size(); ++i) {
+    const std::array<double, 4> m{along[4 * i], along[4 * i + 1], along[4 * i + 2], along[4 * i + 3]};
+    result.push_back({m[0], m[1], m[2] - m[0] * m[0], m[3] - m[1] * m[1], static_cast<double>(cross[i]) - m[0] * m[1]});
   }
-  const auto codec = codec_for(TexelFormat::kRgb8, kFloats, {{"moments", "lean"}});
-  ASSERT_EQ(codec->parts().size(), 4U);
-  Decoded all(*codec, samples, 3);
-  Decoded mean(*codec, std::vector<float>{0, 0, 1}, 3);
-  for (std::size_t p = 0; p < static_cast<std::size_t>(codec->planes()); ++p) {
-    double sum = 0.0;
-    for (int i = 0; i < kCount; ++i) sum += all.rows.row(1)[p][i];
-    mean.rows.row(1)[p][0] = static_cast<float>(sum / kCount);
-  }
-  std::array<std::uint16_t, 4> moments{};
-  std::uint16_t cross = 0;
-  EXPECT_TRUE(codec->encode_row(2, mean.rows.middle(true), 1, reinterpret_cast<std::byte*>(moments.data())).has_value());
-  EXPECT_TRUE(codec->encode_row(3, mean.rows.middle(true), 1, reinterpret_cast<std::byte*>(&cross)).has_value());
-  std::array<double, 4> m{};
-  for (std::size_t c = 0; c < 4; ++c) m[c] = float_from_half(moments[c]);
+  return result;
+}
 
-  std::array<double, 2> centre{};
-  for (const auto& s : slopes) centre[0] += s[0] / kCount, centre[1] += s[1] / kCount;
-  std::array<double, 3> covariance{};
-  for (const auto& s : slopes) {
-    covariance[0] += (s[0] - centre[0]) * (s[0] - centre[0]) / kCount;
-    covariance[1] += (s[1] - centre[1]) * (s[1] - centre[1]) / kCount;
-    covariance[2] += (s[0] - centre[0]) * (s[1] - centre[1]) / kCount;
+// Slopes with a small scatter about a steep mean, halved to one texel as a cascade does it, a plane and its remainder at a time. Stored
+// moments are floats: 2^-24 of a mean square and up to two of its steps, which is all that the variance is off.
+TEST(NormalCodec, MomentsGiveTheSlopesCovarianceOnAnySlope) {
+  std::mt19937 random(9);
+  constexpr std::int64_t kCount = 1024;
+  for (const auto& [slope, scatter] : {std::pair{0.3, 0.4}, {1.0, 0.01}, {3.0, 0.05}, {5.0, 0.1}, {20.0, 0.01}}) {
+    std::normal_distribution<double> along_x(slope, scatter);
+    std::normal_distribution<double> noise(0.0, 0.5 * scatter);
+    std::vector<float> samples;
+    for (std::int64_t i = 0; i < kCount; ++i) {
+      const double x = along_x(random);
+      samples.insert(samples.end(), {static_cast<float>(x), static_cast<float>(0.5 * x + noise(random)), 1.0F});
+    }
+    const auto codec = codec_for(TexelFormat::kRgb8, kFloats, {{"moments", "lean"}});
+    ASSERT_EQ(codec->parts().size(), 4U);
+    Decoded all(*codec, samples, 3);
+    // The slopes that the planes of the normals stand for, and their statistics in long double.
+    std::vector<std::array<long double, 2>> slopes;
+    for (std::int64_t i = 0; i < kCount; ++i) {
+      const PlaneRow planes = all.rows.row(1);
+      slopes.push_back({static_cast<long double>(planes[4][i]), static_cast<long double>(planes[6][i])});
+      EXPECT_NEAR(static_cast<double>(slopes.back()[0]), static_cast<double>(planes[0][i]) / planes[2][i], 1e-6 * slope + 1e-7);
+    }
+    std::array<long double, 2> centre{};
+    for (const auto& s : slopes) centre[0] += s[0] / kCount, centre[1] += s[1] / kCount;
+    std::array<long double, 3> covariance{};
+    for (const auto& s : slopes) {
+      covariance[0] += (s[0] - centre[0]) * (s[0] - centre[0]) / kCount;
+      covariance[1] += (s[1] - centre[1]) * (s[1] - centre[1]) / kCount;
+      covariance[2] += (s[0] - centre[0]) * (s[1] - centre[1]) / kCount;
+    }
+    Decoded mean(*codec, std::vector<float>{0, 0, 1}, 3);
+    for (std::size_t p = 0; p < static_cast<std::size_t>(codec->planes()); ++p) {
+      if (codec->rules()[p] == PlaneRule::kRemainder) continue;
+      double sum = 0.0;
+      const bool has_remainder = p + 1 < static_cast<std::size_t>(codec->planes()) && codec->rules()[p + 1] == PlaneRule::kRemainder;
+      for (std::int64_t i = 0; i < kCount; ++i)
+        sum += static_cast<double>(all.rows.row(1)[p][i]) + (has_remainder ? static_cast<double>(all.rows.row(1)[p + 1][i]) : 0.0);
+      mean.rows.row(1)[p][0] = static_cast<float>(sum / kCount);
+      if (has_remainder) mean.rows.row(1)[p + 1][0] = static_cast<float>(sum / kCount - static_cast<double>(mean.rows.row(1)[p][0]));
+    }
+    const SlopeStatistics is = slope_statistics(*codec, mean).front();
+    const double square = slope * slope + scatter * scatter;
+    const double tolerance = 3.0 * 0x1p-23 * square;
+    EXPECT_NEAR(is.variance_x, static_cast<double>(covariance[0]), tolerance) << slope;
+    EXPECT_NEAR(is.variance_y, static_cast<double>(covariance[1]), tolerance) << slope;
+    EXPECT_NEAR(is.covariance, static_cast<double>(covariance[2]), tolerance) << slope;
+    EXPECT_NEAR(is.mean_x, static_cast<double>(centre[0]), 0x1p-24 * std::abs(slope) * 1.1);
+    EXPECT_GE(is.variance_x, static_cast<double>(covariance[0]) - 1e-12 * square) << "rounded up";
   }
-  // Half floats: 2^-11 of each moment, and twice that of a squared mean; moments here are below 0.5.
-  constexpr double kTolerance = 3 * 0.5 / 2048;
-  EXPECT_NEAR(m[2] - m[0] * m[0], covariance[0], kTolerance);
-  EXPECT_NEAR(m[3] - m[1] * m[1], covariance[1], kTolerance);
-  EXPECT_NEAR(float_from_half(cross) - m[0] * m[1], covariance[2], kTolerance);
-  EXPECT_NEAR(slope_variance(m), covariance[0] + covariance[1], 2 * kTolerance);
+}
+
+// One normal has no scatter: what is left is the rounding, upward, and never a matrix with a negative eigenvalue. Nor do blends have one,
+// which are what a texture unit makes of stored moments.
+TEST(NormalCodec, CovarianceMatricesArePositiveAtTheFinestLevelToo) {
+  std::mt19937 random(2);
+  std::normal_distribution<float> slope(0.0F, 3.0F);
+  std::vector<float> samples;
+  for (int i = 0; i < 4000; ++i) samples.insert(samples.end(), {slope(random), slope(random), 1.0F});
+  const auto codec = codec_for(TexelFormat::kRgba16, kFloats, {{"moments", "lean"}});
+  Decoded row(*codec, samples, 3);
+  std::vector<float> along(4 * 4000);
+  std::vector<float> cross(4000);
+  ASSERT_TRUE(codec->encode_row(1, row.rows.middle(true), 4000, reinterpret_cast<std::byte*>(along.data())).has_value());
+  ASSERT_TRUE(codec->encode_row(2, row.rows.middle(true), 4000, reinterpret_cast<std::byte*>(cross.data())).has_value());
+  for (std::size_t i = 0; i < 4000; ++i) {
+    const double x = along[4 * i], y = along[4 * i + 1];
+    const double xx = along[4 * i + 2] - x * x, yy = along[4 * i + 3] - y * y, xy = cross[i] - x * y;
+    ASSERT_GE(xx, 0.0);
+    ASSERT_GE(yy, 0.0);
+    ASSERT_GE(xx * yy, xy * xy) << i;
+    ASSERT_LE(xx + yy, 0x1p-22 * (x * x + y * y));
+  }
 }
 
 // On a height field the mean slope over a block is the difference of the heights at the block's edges: moments and overviews of elevation
@@ -344,12 +396,13 @@ TEST(NormalCodec, MeanSlopesAreThoseOfTheFilteredHeights) {
 TEST(NormalCodec, GrazingNormalsHaveFiniteMoments) {
   const auto codec = codec_for(TexelFormat::kRgb8, kFloats, {{"moments", "lean"}});
   Decoded row(*codec, std::vector<float>{1, 0, 0, 0, 1, -1, 1, 0, 1e-3F, 0, 0, -1, 0, 0, 0}, 3);
-  std::vector<std::uint16_t> halves(5 * 4);
-  EXPECT_TRUE(codec->encode_row(2, row.rows.middle(false), 5, reinterpret_cast<std::byte*>(halves.data())).has_value());
-  for (std::size_t i = 0; i < 16; ++i) EXPECT_TRUE(std::isfinite(float_from_half(halves[i]))) << i;
-  EXPECT_EQ(float_from_half(halves[0]), kSteepestSlope);
-  EXPECT_EQ(float_from_half(halves[5]), kSteepestSlope);
-  for (std::size_t i = 16; i < 20; ++i) EXPECT_EQ(halves[i], kHalfNoData);
+  std::vector<float> moments(5 * 4);
+  EXPECT_TRUE(codec->encode_row(2, row.rows.middle(false), 5, reinterpret_cast<std::byte*>(moments.data())).has_value());
+  for (std::size_t i = 0; i < 16; ++i) EXPECT_TRUE(std::isfinite(moments[i])) << i;
+  EXPECT_EQ(moments[0], kSteepestSlope);
+  EXPECT_EQ(moments[5], kSteepestSlope);
+  for (std::size_t i = 16; i < 20; ++i)
+    EXPECT_EQ(std::bit_cast<std::uint32_t>(moments[i]), 0x7FC00000U) << "the one NaN that the format document names";
 }
 
 TEST(NormalCodec, RefusesWhatWouldBeWrongAndSaysWhatToUse) {

@@ -130,6 +130,113 @@ TEST(SensorCodec, ErrorsAreInTheUnitOfWhatIsStoredAndInKelvins) {
   EXPECT_NEAR(errors[0].stored_total / errors[0].reference_total, band.radiance(301.0) / band.radiance(300.0), 1e-6);
 }
 
+// What four texels of `value` become when their sum is beyond all floats: planes of infinity.
+TEST(SensorCodec, TheMeanOfSamplesTooLargeToAddIsRefused) {
+  for (const TexelFormat format : {TexelFormat::kR32Float, TexelFormat::kR16Float, TexelFormat::kR16, TexelFormat::kBc4})
+    for (const bool is_opaque : {true, false}) {
+      const auto codec = made(kFloats, format, {{"span", "0,1"}});
+      Rows rows(3);
+      (*codec)->decode_row(bytes_of(std::vector<float>{1.0F, 2.0F, 3.0F}), 3, rows.row(1));
+      rows.row(1)[0][1] = std::numeric_limits<float>::infinity();
+      std::vector<std::byte> texels(3 * 8);
+      const auto done = (*codec)->encode_row(0, rows.middle(is_opaque), 3, texels.data());
+      ASSERT_FALSE(done.has_value()) << format_info(format).name;
+      EXPECT_EQ(done.error().code, ErrorCode::kInvalidData);
+      EXPECT_NE(done.error().message.find("--nodata"), std::string::npos);
+    }
+}
+
+TEST(SensorCodec, NoErrorIsNoNumberWhereRadianceHasNoTemperature) {
+  const auto codec = made(kFloats, TexelFormat::kR16Float, {{"band", "8,12"}});
+  ASSERT_EQ((*codec)->measures()[2].name, "equivalent temperature");
+  // More than a body of 10^7 K radiates, and next to nothing.
+  const std::vector<float> samples{1e30F, 1e-30F, 20.0F};
+  Rows rows(3);
+  (*codec)->decode_row(bytes_of(samples), 3, rows.row(1));
+  const std::vector<float> stored{65504.0F, 0.0F, 20.0F};
+  std::vector<ErrorSum> errors(3);
+  (*codec)->add_errors(0, rows.middle(true).here, stored.data(), 3, errors);
+  for (const ErrorSum& error : errors)
+    for (const double number : {error.sum, error.sum_squares, error.largest, error.reference_total, error.stored_total})
+      EXPECT_TRUE(std::isfinite(number));
+  EXPECT_EQ(errors[0].count, 3U);
+  EXPECT_EQ(errors[2].count, 2U);
+}
+
+struct Counted {
+  std::vector<Loss> losses;
+  std::vector<LossCount> counts;
+};
+
+Counted losses_of(TexelFormat format, const std::vector<float>& samples, const Options& options) {
+  const auto codec = made(kFloats, format, options);
+  EXPECT_TRUE(codec.has_value()) << (codec ? "" : codec.error().message);
+  const auto count = static_cast<std::int64_t>(samples.size());
+  Rows rows(count);
+  const bool opaque = (*codec)->decode_row(bytes_of(samples), count, rows.row(1));
+  Counted result{{(*codec)->losses().begin(), (*codec)->losses().end()}, std::vector<LossCount>((*codec)->losses().size())};
+  (*codec)->count_losses(rows.middle(opaque).here, opaque, count, 100, 5, result.counts);
+  return result;
+}
+
+TEST(SensorCodec, WhatIsCutOffIsCounted) {
+  const std::vector<float> samples{-100.0F, 0.0F, 1.0F, 1.0F + 1e-6F, 1.01F, std::nanf("")};
+  const Counted codes = losses_of(TexelFormat::kR16, samples, {{"quantity", "reflectance"}});
+  ASSERT_EQ(codes.counts.size(), 1U);
+  EXPECT_EQ(codes.counts[0].texels, 2U) << "less than half a step beyond an end lies on it";
+  EXPECT_EQ(codes.counts[0].x, 100);
+  EXPECT_EQ(codes.counts[0].y, 5);
+  EXPECT_NE(codes.losses[0].what.find("outside 0 to 1, what --span gives r16"), std::string::npos) << codes.losses[0].what;
+  const Counted halves = losses_of(TexelFormat::kR16Float, {65504.0F, 65519.0F, 65521.0F, -65521.0F}, {});
+  ASSERT_EQ(halves.counts.size(), 1U);
+  EXPECT_EQ(halves.counts[0].texels, 2U);
+  EXPECT_NE(halves.losses[0].what.find("65504 W/(m2 sr)"), std::string::npos) << halves.losses[0].what;
+  EXPECT_TRUE(losses_of(TexelFormat::kR32Float, samples, {}).losses.empty());
+
+  Options kelvins = kKelvins;
+  kelvins["span"] = "200,300";
+  const Counted temperatures = losses_of(TexelFormat::kR16, {150.0F, 200.0F, 299.0F, 301.0F, 400.0F}, kelvins);
+  ASSERT_EQ(temperatures.counts.size(), 2U);
+  EXPECT_EQ(temperatures.counts[0].texels, 0U);
+  EXPECT_EQ(temperatures.counts[1].texels, 3U);
+  EXPECT_NE(temperatures.losses[1].what.find("200 to 300 K"), std::string::npos) << temperatures.losses[1].what;
+  const Counted dark = losses_of(TexelFormat::kR32Float, {-1.0F, 0.0F, 20.0F, 1e30F}, {{"band", "8,12"}, {"store", "temperature"}});
+  ASSERT_EQ(dark.counts.size(), 1U);
+  EXPECT_EQ(dark.counts[0].texels, 3U);
+  const Counted blocks = losses_of(TexelFormat::kBc4, samples, {{"quantity", "reflectance"}});
+  ASSERT_EQ(blocks.counts.size(), 2U);
+  EXPECT_EQ(blocks.counts[0].texels, 1U) << "bc4 has no code for no data";
+  EXPECT_EQ(blocks.counts[1].texels, 2U);
+}
+
+TEST(SensorCodec, WideSamplesAreCodesToHalfAStepAndErrorsAreMeasuredAgainstThem) {
+  const double low = 999999.99, high = 1000000.01;
+  const ChannelSettings settings{.channel = ChannelType::kSensor,
+                                 .format = TexelFormat::kR16,
+                                 .samples_are_wide = true,
+                                 .options = {{"span", "999999.99,1000000.01"}, {"unit", "x"}}};
+  const auto codec = make_codec(settings, {.type = SampleType::kFloat64, .value_bands = 1});
+  ASSERT_TRUE(codec.has_value()) << codec.error().message;
+  EXPECT_EQ((*codec)->source_planes(), 3);
+  EXPECT_EQ((*codec)->rules()[1], PlaneRule::kRemainder);
+  std::vector<double> samples;
+  for (int i = 0; i <= 100; ++i) samples.push_back(low + (high - low) * i / 100.0);
+  Rows rows(101);
+  EXPECT_TRUE((*codec)->decode_row(bytes_of(samples), 101, rows.row(1)));
+  std::vector<std::uint16_t> codes(101);
+  ASSERT_TRUE((*codec)->encode_row(0, rows.middle(true), 101, reinterpret_cast<std::byte*>(codes.data())).has_value());
+  const ComponentRange range = (*codec)->parts()[0].ranges[0];
+  // Planes hold 48 bits: 3.6e-9 of 10^6.
+  for (std::size_t i = 0; i < 101; ++i)
+    EXPECT_NEAR(range.offset + range.scale * codes[i], samples[i], 0.5 * range.scale + 4e-9) << samples[i];
+  // Deliberately wrong by a thousandth.
+  std::vector<float> stored(101);
+  for (std::size_t i = 0; i < 101; ++i) stored[i] = static_cast<float>((samples[i] + 0.001 - range.offset) / range.scale);
+  std::vector<ErrorSum> errors((*codec)->measures().size());
+  (*codec)->add_errors(0, rows.middle(true).here, stored.data(), 101, errors);
+  EXPECT_NEAR(errors[0].mean(), 0.001, 1e-7);
+}
+
 TEST(SensorCodec, ReadersAreToldWhatTheyRead) {
   const auto codec = made(kFloats, TexelFormat::kR16, {{"quantity", "temperature"}, {"response", "8,0\n10,1\n12,0\n"}, {"span", "0,60"}});
   const auto metadata = nlohmann::json::parse((*codec)->parts()[0].metadata_json);

@@ -265,6 +265,42 @@ TEST(ThermalCodec, QuantisationCostsLittleOfAKelvin) {
   EXPECT_NEAR(errors[0].stored_total / errors[0].reference_total, 1.0, 1e-4);
 }
 
+// Temperatures of what is stored and of what should be, hour by hour, by the band's own function: also where the error is so large that no
+// slope stands for it, and for classes far from the library's mean.
+TEST(ThermalCodec, ReportedKelvinsAreDifferencesOfTemperatures) {
+  std::vector<std::uint8_t> codes(64);
+  for (std::size_t i = 0; i < 64; ++i) codes[i] = static_cast<std::uint8_t>(i + 1);
+  for (const double off : {1e-4, 0.02, 0.3}) {
+    const Encoded e = encoded(codes, 1, TexelFormat::kRgba32Float);
+    const ThermalBasis basis = make_thermal_basis(library(), 4, &long_wave());
+    Rows rows(64);
+    e.codec->decode_row(bytes_of(codes), 64, rows.row(1));
+    std::vector<float> stored = e.stored[0];
+    for (std::size_t i = 0; i < 64; ++i) stored[i * 4] += static_cast<float>(i % 2 == 0 ? off : -off);
+    ErrorSum wanted;
+    for (std::size_t i = 0; i < 64; ++i) {
+      double squares = 0.0;
+      for (std::size_t t = 0; t < basis.hours.size(); ++t) {
+        double is = basis.mean[t];
+        double should_be = basis.mean[t];
+        for (std::size_t k = 0; k < 4; ++k) {
+          is += basis.curves[k][t] * static_cast<double>(stored[i * 4 + k]);
+          should_be += basis.curves[k][t] * static_cast<double>(rows.row(1)[k][static_cast<std::int64_t>(i)]);
+        }
+        // As the codec says: what has no temperature counts as a millionth of what should be.
+        const double error = long_wave().temperature(std::max(is, 1e-6 * should_be)) - long_wave().temperature(should_be);
+        squares += error * error;
+      }
+      wanted.add(std::sqrt(squares / static_cast<double>(basis.hours.size())));
+    }
+    std::vector<ErrorSum> errors(e.codec->measures().size());
+    e.codec->add_errors(0, rows.middle(true).here, stored.data(), 64, errors);
+    // Linear between 1024 places an octave of radiance: differences within one are right to 0.1 %.
+    EXPECT_NEAR(errors[0].mean(), wanted.mean(), 1e-3 * wanted.mean()) << off;
+    EXPECT_NEAR(errors[0].largest, wanted.largest, 1e-3 * wanted.largest) << off;
+  }
+}
+
 TEST(ThermalCodec, UnknownClassesAreNoDataAndCoverageIsKept) {
   const std::vector<std::uint8_t> codes{1, 200, 0, 0};
   const Encoded e = encoded(codes, 2, TexelFormat::kRgba16Float, {{"components", "3"}});

@@ -37,7 +37,7 @@ Tiles tiles_by_definition(const Case& c, const LayerPlan& plan) {
     const bool copied = level == info.finest.value && plan.sampler->passes_texels();
     const TexelRect rect = info.tile_rect(l);
     const bool moves = codec.centre_range() && !plan.kernel.is_point;
-    const test::WholeImage stored = moves ? test::at_centres(image, *codec.centre_range(), codec.weight_plane()) : image;
+    const test::WholeImage stored = moves ? test::at_centres(image, *codec.centre_range(), rules) : image;
     for (std::int64_t ty = rect.y; ty < rect.bottom(); ++ty)
       for (std::int64_t tx = rect.x; tx < rect.right(); ++tx) {
         const TileId id{l, static_cast<std::uint32_t>(tx), static_cast<std::uint32_t>(ty)};
@@ -54,16 +54,20 @@ Tiles tiles_by_definition(const Case& c, const LayerPlan& plan) {
             if (copied) {
               std::memcpy(out, chunk.texel_row(qy) + static_cast<std::size_t>(qx) * texel_bytes, texel_bytes);
             } else {
-              std::array<std::array<std::array<float, 3>, channels::kMaxPlanes>, 3> around{};
+              // With the texel to its east or west, because a row begins in an even column.
+              const std::int64_t first = qx & ~std::int64_t{1};
+              std::array<std::array<std::array<float, 4>, channels::kMaxPlanes>, 3> around{};
               channels::RowNeighbourhood rows;
               for (std::size_t r = 0; r < 3; ++r)
                 for (int p = 0; p < planes; ++p) {
                   const auto plane = static_cast<std::size_t>(p);
-                  for (int i = 0; i < 3; ++i)
-                    around[r][plane][static_cast<std::size_t>(i)] = stored.seen(qx + i - 1, qy + static_cast<int>(r) - 1, p, rules);
+                  for (int i = 0; i < 4; ++i)
+                    around[r][plane][static_cast<std::size_t>(i)] = stored.seen(first + i - 1, qy + static_cast<int>(r) - 1, p, rules);
                   (r == 0 ? rows.above : r == 1 ? rows.here : rows.below)[plane] = around[r][plane].data() + 1;
                 }
-              EXPECT_TRUE(codec.encode_row(0, rows, 1, out).has_value());
+              std::vector<std::byte> pair(2 * texel_bytes);
+              EXPECT_TRUE(codec.encode_row(0, rows, 2, pair.data()).has_value());
+              std::memcpy(out, pair.data() + static_cast<std::size_t>(qx - first) * texel_bytes, texel_bytes);
             }
             if (px != qx || py != qy) codec.mark_outside(0, out, 1);
             has_data = has_data || image.get(px, py, codec.weight_plane()) > 0.0F;

@@ -101,6 +101,87 @@ TEST(ElevationLayer, BoundsHoldEveryHeightUnderThemInEveryFormatKernelSizeAndBlo
         }
 }
 
+// Heights that no float is. Bounds are compared with the samples themselves; means and reported errors with sums in long double.
+TEST(ElevationLayer, WideHeightsAreBoundedOutwardAndReportedTruly) {
+  using Height = std::function<double(std::int64_t, std::int64_t, int)>;
+  struct Kind {
+    SampleType type;
+    TexelFormat format;
+    std::optional<std::array<double, 2>> range;
+    Height height;
+  };
+  const auto relief = [](double base, double height) -> Height {
+    return [=](std::int64_t x, std::int64_t y, int) { return base + height * (hash_noise(x, y, 3) % 1000003) / 1000003.0; };
+  };
+  const Height near_2_31 = [](std::int64_t x, std::int64_t y, int) { return 2147483647.0 - hash_noise(x, y, 0) % 1000; };
+  const std::vector<Kind> kinds{
+      {SampleType::kFloat64, TexelFormat::kR32Float, {}, relief(8000.0, 50.0)},
+      {SampleType::kFloat64, TexelFormat::kR16, {{7900.0, 8100.0}}, relief(8000.0, 50.0)},
+      {SampleType::kFloat64, TexelFormat::kR16, {{6370000.0, 6380000.0}}, relief(6378000.0, 50.0)},
+      {SampleType::kFloat64, TexelFormat::kR16, {{999999.99, 1000000.01}}, relief(1e6, 0.002)},
+      {SampleType::kInt32, TexelFormat::kR32Float, {}, relief(1e8, 1e6)},
+      {SampleType::kInt32, TexelFormat::kR32Float, {}, near_2_31},
+      {SampleType::kUint32, TexelFormat::kR32Float, {}, [&](std::int64_t x, std::int64_t y, int b) { return near_2_31(x, y, b) + 2e9; }},
+  };
+  constexpr std::int64_t kWidth = 96;
+  constexpr std::int64_t kHeight = 61;
+  for (const Kind& kind : kinds) {
+    const test::TempFolder folder;
+    write_raster(folder / "input.tif", {.width = kWidth, .height = kHeight, .bands = 1, .type = kind.type}, kind.height);
+    const auto sample = [&](std::int64_t x, std::int64_t y) {
+      const double height = kind.height(x, y, 0);
+      return kind.type == SampleType::kFloat64 ? height : std::trunc(height);
+    };
+    LayerRequest request = request_for({folder / "input.tif"}, ChannelType::kElevation);
+    request.format = kind.format;
+    request.range = kind.range;
+    request.options = {{"bounds", "yes"}};
+    request.tile_texels = 16;
+    build(folder / "a.vts", request, {.block_levels = 1});
+    auto reader = store::StoreReader::open(folder / "a.vts");
+    ASSERT_TRUE(reader.has_value());
+    const LayerInfo& layer = *reader->find_layer("elevation");
+    const auto rows = nlohmann::json::parse(layer.metadata_json).at("quality").at(0).at("levels");
+    for (int steps = 0; steps <= layer.finest.value; ++steps) {
+      const Level level{static_cast<std::uint8_t>(layer.finest.value - steps)};
+      const LevelValues means(*reader, layer, level);
+      const LevelValues bounds(*reader, *reader->find_layer("elevation/bounds"), level);
+      const std::int64_t size = std::int64_t{1} << steps;
+      double largest = 0.0;
+      double squares = 0.0;
+      for (std::int64_t y = 0; y < means.height(); ++y)
+        for (std::int64_t x = 0; x < means.width(); ++x) {
+          long double sum = 0.0L;
+          std::int64_t count = 0;
+          double least = std::numeric_limits<double>::infinity();
+          double greatest = -least;
+          for (std::int64_t fy = y * size; fy < std::min((y + 1) * size, kHeight); ++fy)
+            for (std::int64_t fx = x * size; fx < std::min((x + 1) * size, kWidth); ++fx, ++count) {
+              sum += static_cast<long double>(sample(fx, fy));
+              least = std::min(least, sample(fx, fy));
+              greatest = std::max(greatest, sample(fx, fy));
+            }
+          if (steps > 0) {
+            ASSERT_LE(bounds.at(x, y, 0), least) << sample_name(kind.type) << " level " << steps;
+            ASSERT_GE(bounds.at(x, y, 1), greatest) << sample_name(kind.type) << " level " << steps;
+          }
+          const double error = means.at(x, y) - static_cast<double>(sum / static_cast<long double>(count));
+          largest = std::max(largest, std::abs(error));
+          squares += error * error;
+        }
+      const auto& row = rows.at(static_cast<std::size_t>(steps));
+      const double rms = std::sqrt(squares / static_cast<double>(means.width() * means.height()));
+      // Planes hold 48 bits and lose one of them a level.
+      const double slack = 8 * std::abs(sample(0, 0)) * 0x1p-48;
+      EXPECT_NEAR(row.at("max").get<double>(), largest, slack) << sample_name(kind.type) << " level " << steps;
+      EXPECT_NEAR(row.at("rms").get<double>(), rms, slack) << sample_name(kind.type) << " level " << steps;
+      const double half_step =
+          kind.format == TexelFormat::kR16 ? 0.5 * layer.components[0].scale : std::ldexp(1.0, std::ilogb(sample(0, 0)) - 24);
+      EXPECT_LE(largest, half_step + slack) << "what the format itself loses, and no more";
+    }
+  }
+}
+
 TEST(ElevationLayer, CodesLieOnOneQuantumAndWithinHalfOfItOfEveryHeight) {
   const Built b = built(spec_of(301, 203), holed_terrain, TexelFormat::kR16, {});
   const Built floats = built(spec_of(301, 203), holed_terrain, TexelFormat::kR32Float, {});

@@ -106,8 +106,14 @@ TEST(MaskLayer, BlocksKeepTheAreaOfAlphaTestsUpToTheirOwnError) {
   ASSERT_TRUE(reader.has_value());
   const LayerInfo& layer = *reader->find_layer("mask");
   const double wanted = share_above(LevelValues(*reader, layer, layer.finest), 0.5);
-  for (int level = 0; level < layer.finest.value; ++level)
-    EXPECT_NEAR(share_above(LevelValues(*reader, layer, Level{static_cast<std::uint8_t>(level)}), 0.5), wanted, 0.02) << level;
+  const auto coverage = nlohmann::json::parse(layer.metadata_json).at("alpha_coverage");
+  EXPECT_EQ(coverage.at("share"), wanted);
+  for (int level = 0; level < layer.finest.value; ++level) {
+    const double share = share_above(LevelValues(*reader, layer, Level{static_cast<std::uint8_t>(level)}), 0.5);
+    EXPECT_NEAR(share, wanted, 0.02) << level;
+    EXPECT_EQ(coverage.at("levels").at(static_cast<std::size_t>(layer.finest.value - 1 - level)).at("share"), share)
+        << "what is stored, not what went into the blocks";
+  }
 }
 
 TEST(MaskLayer, AConstantMaskHasNothingToScale) {

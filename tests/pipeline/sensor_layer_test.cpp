@@ -1,6 +1,9 @@
 // Sensor layers as a whole: the mean radiance is the same on every level, whatever is stored, and real thermal rasters go through.
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <atomic>
+#include <limits>
 #include <nlohmann/json.hpp>
 
 #include "builder/channels/planck.h"
@@ -105,6 +108,106 @@ TEST(SensorLayer, TwentyLevelsKeepTheMeanOfASmallPlaceInALargeArea) {
   const double finest = mean_of(layer.values.back());
   // Texels without data do not count, so the mean stays; each level rounds once to float.
   for (const std::vector<double>& level : layer.values) EXPECT_NEAR(mean_of(level) / finest, 1.0, 20 * std::ldexp(1.0, -24));
+}
+
+// The void of a raster that does not declare it, as people find them: the largest float. Four of them have no sum.
+TEST(SensorLayer, AnInfiniteSumIsAnErrorThatSaysWhatToDo) {
+  const RasterSpec spec{.width = 48, .height = 40, .bands = 1, .type = SampleType::kFloat32};
+  constexpr double kLargest = std::numeric_limits<float>::max();
+  const Value holed = [](std::int64_t x, std::int64_t y, int band) {
+    return x >= 10 && x < 14 && y >= 10 && y < 14 ? kLargest : kelvins(x, y, band);
+  };
+  const test::TempFolder folder;
+  write_raster(folder / "input.tif", spec, holed);
+  for (const TexelFormat format : {TexelFormat::kR32Float, TexelFormat::kR16Float, TexelFormat::kR16, TexelFormat::kBc4}) {
+    LayerRequest request = request_for({folder / "input.tif"}, ChannelType::kSensor);
+    request.format = format;
+    request.options = {{"span", "0,1000"}};
+    const auto built_one = try_build(folder / (std::string(format_info(format).name) + ".vts"), request);
+    ASSERT_FALSE(built_one.has_value()) << format_info(format).name;
+    EXPECT_EQ(built_one.error().code, ErrorCode::kInvalidData);
+    EXPECT_NE(built_one.error().message.find("too large to add; if they are none, say with --nodata"), std::string::npos)
+        << built_one.error().message;
+  }
+  // What it says helps.
+  const Built layer = built(folder / "input.tif", {}, TexelFormat::kR32Float, 8, {}, kLargest);
+  for (const std::vector<double>& level : layer.values)
+    for (const double value : level) EXPECT_TRUE(std::isnan(value) || value < 400.0);
+}
+
+// Doubles, and integers that no float is: means over all finest samples in long double, level by level. A code is off by half of its step;
+// what is reported is that, not less.
+TEST(SensorLayer, WideSamplesAreAveragedAndReportedInDoublePrecision) {
+  const test::TempFolder folder;
+  const RasterSpec spec{.width = 64, .height = 32, .bands = 1, .type = SampleType::kFloat64};
+  const Value waves = [](std::int64_t x, std::int64_t y, int) {
+    return 1e6 + 1e-3 * std::sin(static_cast<double>(x) / 3.0) + 1e-3 * std::cos(static_cast<double>(y) / 4.0);
+  };
+  write_raster(folder / "input.tif", spec, waves);
+  const Built layer = built(folder / "input.tif", {{"span", "999999.99,1000000.01"}, {"unit", "x"}}, TexelFormat::kR16, 4);
+  const double step = layer.layer.components[0].scale;
+  ASSERT_LT(step, 3.1e-7);
+  for (std::size_t level = 0; level < layer.values.size(); ++level) {
+    const int steps = layer.layer.finest.value - static_cast<int>(level);
+    double largest = 0.0;
+    std::vector<double> wanted;
+    for (std::int64_t y = 0; y < 32 >> steps; ++y)
+      for (std::int64_t x = 0; x < 64 >> steps; ++x) {
+        long double sum = 0.0L;
+        for (std::int64_t fy = y << steps; fy < (y + 1) << steps; ++fy)
+          for (std::int64_t fx = x << steps; fx < (x + 1) << steps; ++fx) sum += static_cast<long double>(waves(fx, fy, 0));
+        wanted.push_back(static_cast<double>(sum / std::ldexp(1.0L, 2 * steps)));
+      }
+    if (wanted.empty()) continue;
+    std::vector<double> is = layer.values[level];
+    ASSERT_EQ(is.size(), wanted.size());
+    std::sort(is.begin(), is.end());
+    std::sort(wanted.begin(), wanted.end());
+    for (std::size_t i = 0; i < is.size(); ++i) {
+      EXPECT_NEAR(is[i], wanted[i], 0.5 * step + 1e-8) << "level " << level;
+      largest = std::max(largest, std::abs(is[i] - wanted[i]));
+    }
+    const auto& rows = layer.metadata.at("quality").at(0).at("levels");
+    const auto& row = rows.at(static_cast<std::size_t>(steps));
+    EXPECT_GT(row.at("max").get<double>(), 0.5 * largest);
+    EXPECT_LE(row.at("max").get<double>(), 0.5 * step + 1e-8);
+  }
+}
+
+// Said once, at the end of the build, with a count and a place, also when the build was interrupted and what was cut off lay in the part
+// that an earlier run had done.
+TEST(SensorLayer, WhatIsCutOffIsSaidWhileBuilding) {
+  const test::TempFolder folder;
+  const RasterSpec spec{.width = 300, .height = 200, .bands = 1, .type = SampleType::kFloat32};
+  const Value reflectance = [](std::int64_t x, std::int64_t y, int) { return x == 250 && y < 100 ? 1.5 : x == 3 && y == 7 ? -1.0 : 0.5; };
+  write_raster(folder / "input.tif", spec, reflectance);
+  LayerRequest request = request_for({folder / "input.tif"}, ChannelType::kSensor);
+  request.format = TexelFormat::kR16;
+  request.options = {{"quantity", "reflectance"}};
+  const std::string wanted =
+      "layer 'sensor': in 101 texels of the finest level (first in 250,0) the value lies outside 0 to 1, what --span gives r16, and the "
+      "nearer end is stored; give a wider --span, or use r32f";
+  for (const int block_levels : {1, 4}) {
+    const auto path = folder / ("whole" + std::to_string(block_levels) + ".vts");
+    EXPECT_EQ(build(path, request, {.block_levels = block_levels}).remarks, std::vector<std::string>{wanted});
+    const auto metadata = nlohmann::json::parse(store::StoreReader::open(path)->find_layer("sensor")->metadata_json);
+    ASSERT_EQ(metadata.at("losses").size(), 1U);
+    EXPECT_EQ(metadata.at("losses")[0].at("texels"), 101);
+    EXPECT_EQ(metadata.at("losses")[0].at("first"), (std::vector<int>{250, 0}));
+  }
+  {
+    std::atomic<bool> cancel{false};
+    BuildOptions options{.threads = 1, .block_levels = 1, .cancel = &cancel};
+    options.progress = [&](std::uint64_t done, std::uint64_t total) { cancel = cancel || done * 10 >= total * 8; };
+    const auto stopped = try_build(folder / "stopped.vts", request, options);
+    ASSERT_FALSE(stopped.has_value());
+    EXPECT_EQ(build(folder / "stopped.vts", request).remarks, std::vector<std::string>{wanted});
+  }
+  // After an update that takes them away there is nothing to say.
+  write_raster(folder / "input.tif", spec, [](std::int64_t, std::int64_t, int) { return 0.25; });
+  EXPECT_TRUE(build(folder / "whole1.vts", request, {.update = true}).remarks.empty());
+  EXPECT_FALSE(
+      nlohmann::json::parse(store::StoreReader::open(folder / "whole1.vts")->find_layer("sensor")->metadata_json).contains("losses"));
 }
 
 TEST(SensorLayer, AFireOfOnePercentIsSeenInTheMediumWave) {

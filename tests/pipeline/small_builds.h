@@ -72,6 +72,15 @@ inline void write_raster(const std::filesystem::path& path, const RasterSpec& sp
           case SampleType::kFloat32:
             put(static_cast<float>(v));
             break;
+          case SampleType::kFloat64:
+            put(v);
+            break;
+          case SampleType::kInt32:
+            put(static_cast<std::int32_t>(v));
+            break;
+          case SampleType::kUint32:
+            put(static_cast<std::uint32_t>(v));
+            break;
           default:
             FAIL() << "not used here";
         }
@@ -88,6 +97,17 @@ inline LayerRequest request_for(const std::vector<std::filesystem::path>& inputs
   for (const auto& input : inputs) request.sources.push_back({.path = input});
   request.tile_texels = 32;
   return request;
+}
+
+// Plans and builds into a new store, or gives the first error of either.
+inline Result<BuildReport> try_build(const std::filesystem::path& store_path, const LayerRequest& request,
+                                     const BuildOptions& options = {}) {
+  VT_ASSIGN(const auto frame, existing_frame(store_path));
+  VT_ASSIGN(const LayerPlan plan, plan_layer(request, frame, std::size_t{8} << 20));
+  VT_ASSIGN(store::StoreWriter writer, open_or_create(store_path, plan.crs, plan.extent()));
+  VT_ASSIGN(const BuildReport report, build_layer(writer, plan, options));
+  VT_CHECK(writer.finish());
+  return report;
 }
 
 // Plans and builds into a new store; fails the test on any error.

@@ -4,13 +4,14 @@
 
 #include <cmath>
 
+#include "builder/channels/wide_value.h"
 #include "tests/pyramid/cascade_fixture.h"
 
 namespace vt::pyramid {
 namespace {
 
 constexpr int kPlanes = 4;  // height, weight, and the bounds of the height
-constexpr channels::CentreRange kAnything{-1e30F, 1e30F};
+constexpr channels::CentreRange kAnything{-1e30, 1e30};
 
 const test::PlaneRules& rules() {
   using channels::PlaneRule;
@@ -109,13 +110,50 @@ TEST(EdgeCentres, BoundsHoldTheHeightsAtTheCentresToo) {
   EXPECT_TRUE(is_outside_the_data) << "a slope goes on past the edge";
 }
 
+// Heights that floats do not hold keep their precision at the centres, and bounds hold what is stored.
+TEST(EdgeCentres, ValuesInTwoPlanesAreContinuedInDoublePrecision) {
+  using channels::PlaneRule;
+  static const test::PlaneRules wide{
+      {PlaneRule::kLinear, PlaneRule::kRemainder, PlaneRule::kLinear, PlaneRule::kLeast, PlaneRule::kGreatest}, 2};
+  constexpr double kOrigin = 2e9;
+  const auto height = [](double x, double y) { return 2000000000.001 + 0.25 * x - 0.125 * y; };
+  const LayerShape layer{.data = {0, 0, 77, 51}};
+  test::WholeImage base(layer, 0, 5);
+  for (std::int64_t y = 0; y < 51; ++y)
+    for (std::int64_t x = 0; x < 77; ++x) {
+      const double value = height(static_cast<double>(x) + 0.5, static_cast<double>(y) + 0.5);
+      base.at(x, y, 0) = static_cast<float>(value);
+      base.at(x, y, 1) = channels::remainder_of(value, base.at(x, y, 0));
+      base.at(x, y, 2) = 1.0F;
+      base.at(x, y, 3) = channels::float_below(value - kOrigin);
+      base.at(x, y, 4) = channels::float_above(value - kOrigin);
+    }
+  const channels::CentreRange range{-1e30, 1e30, kOrigin};
+  const Levels levels = levels_by_cascade({.base = base, .kernel = box_kernel(), .rules = wide, .centre_range = range});
+  for (std::size_t k = 1; k + 1 < levels.size(); ++k) {
+    const test::WholeImage& level = levels[k];
+    if (level.data.width == 1 || level.data.height == 1) continue;
+    const double scale = std::exp2(static_cast<double>(k));
+    for (std::int64_t y = 0; y < level.data.height; ++y)
+      for (std::int64_t x = 0; x < level.data.width; ++x) {
+        const double stored = (static_cast<double>(level.get(x, y, 0)) + static_cast<double>(level.get(x, y, 1))) / level.get(x, y, 2);
+        // Two floats hold 48 bits of 2^31; each level rounds once, and a line through two means may treble that at each axis.
+        ASSERT_NEAR(stored, height((static_cast<double>(x) + 0.5) * scale, (static_cast<double>(y) + 0.5) * scale),
+                    9.0 * static_cast<double>(k + 1) * 0x1p-17)
+            << "level " << k << ": " << x << ", " << y;
+        ASSERT_LE(level.get(x, y, 3), stored - kOrigin);
+        ASSERT_GE(level.get(x, y, 4), stored - kOrigin);
+      }
+  }
+}
+
 TEST(EdgeCentres, NothingIsContinuedFromVoidsNorPastWhatTheFormatHolds) {
   const auto ramp = [](double x, double) { return 10.0 * x; };
   // Column 5 of level 1 covers columns 10 and, half, nothing; column 4 is void.
   const auto holed = [&](double x, double y) { return x > 8.0 && x < 10.0 ? std::nan("") : ramp(x, y); };
   const Levels beside_a_void = levels_with_centres(heights_of({.data = {0, 0, 11, 4}}, holed), kAnything, 1);
   EXPECT_EQ(beside_a_void[1].get(5, 0, 0) / beside_a_void[1].get(5, 0, 1), 105.0F) << "the mean of what is there";
-  const Levels limited = levels_with_centres(heights_of({.data = {0, 0, 11, 4}}, ramp), {0.0F, 107.0F}, 1);
+  const Levels limited = levels_with_centres(heights_of({.data = {0, 0, 11, 4}}, ramp), {0.0, 107.0}, 1);
   EXPECT_EQ(limited[1].get(5, 0, 0) / limited[1].get(5, 0, 1), 107.0F);
   const Levels free = levels_with_centres(heights_of({.data = {0, 0, 11, 4}}, ramp), kAnything, 1);
   EXPECT_EQ(free[1].get(5, 0, 0) / free[1].get(5, 0, 1), 110.0F);

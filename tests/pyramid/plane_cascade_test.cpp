@@ -11,11 +11,13 @@
 namespace vt::pyramid {
 namespace {
 
+using channels::PlaneRule;
+
 constexpr int kPlanes = 5;  // two values, the weight, and the least and the greatest of the first value
 constexpr int kWeight = 2;
+constexpr std::size_t kHigh = 0, kLow = 1;  // of a value in two planes
 
 const test::PlaneRules& rules() {
-  using channels::PlaneRule;
   static const test::PlaneRules made{{PlaneRule::kLinear, PlaneRule::kLinear, PlaneRule::kLinear, PlaneRule::kLeast, PlaneRule::kGreatest},
                                      kWeight};
   return made;
@@ -79,6 +81,77 @@ TEST(PlaneCascade, BlocksEqualTheWholeImageBitForBit) {
                 << (layer.is_closed ? " closed, " : ", ") << levels_at_once << " levels at once, level " << k;
         }
       }
+}
+
+// A value in two planes is the double-precision mean at every level: 9 levels of heights about 2^31 and about 10^6 with a relief of
+// millimetres, holes among them, against sums in long double over all finest texels.
+TEST(PlaneCascade, APlaneAndItsRemainderAreTheMeanInDoublePrecision) {
+  const test::PlaneRules pair{{PlaneRule::kLinear, PlaneRule::kRemainder, PlaneRule::kLinear}, kWeight};
+  constexpr std::int64_t kEdge = 512;
+  for (const double base : {2147483000.0, 1e6, -0.1}) {
+    std::vector<double> heights(kEdge * kEdge);
+    std::mt19937 random(5);
+    std::uniform_real_distribution<double> relief(0.0, 0.002 * std::max(1.0, base / 1e6));
+    test::WholeImage level({0, 0, kEdge, kEdge}, 3);
+    for (std::int64_t y = 0; y < kEdge; ++y)
+      for (std::int64_t x = 0; x < kEdge; ++x) {
+        const bool is_hole = (x / 5 + y / 3) % 11 == 4;
+        double& height = heights[static_cast<std::size_t>(y * kEdge + x)];
+        height = is_hole ? std::nan("") : base + relief(random);
+        if (is_hole) continue;
+        level.at(x, y, kHigh) = static_cast<float>(height);
+        level.at(x, y, kLow) = static_cast<float>(height - static_cast<double>(static_cast<float>(height)));
+        level.at(x, y, kWeight) = 1.0F;
+      }
+    for (int k = 1; k <= 9; ++k) {
+      level = test::halve_whole(level, box_kernel(), pair);
+      const std::int64_t step = std::int64_t{1} << k;
+      for (std::int64_t y = 0; y < level.data.height; ++y)
+        for (std::int64_t x = 0; x < level.data.width; ++x) {
+          long double sum = 0.0L;
+          std::int64_t count = 0;
+          for (std::int64_t fy = y * step; fy < (y + 1) * step; ++fy)
+            for (std::int64_t fx = x * step; fx < (x + 1) * step; ++fx)
+              if (const double height = heights[static_cast<std::size_t>(fy * kEdge + fx)]; !std::isnan(height)) {
+                sum += static_cast<long double>(height);
+                ++count;
+              }
+          if (count == 0) continue;
+          const double value = (static_cast<double>(level.get(x, y, kHigh)) + static_cast<double>(level.get(x, y, kLow))) /
+                               static_cast<double>(level.get(x, y, kWeight));
+          // Two floats hold 48 bits; each level rounds the lower one once.
+          ASSERT_NEAR(value, static_cast<double>(sum / static_cast<long double>(count)), 9 * std::abs(base) * 0x1p-48)
+              << base << ", level " << k;
+        }
+    }
+  }
+}
+
+TEST(PlaneCascade, RemaindersOfBlocksEqualThoseOfTheWholeImageBitForBit) {
+  const test::PlaneRules pair{{PlaneRule::kLinear, PlaneRule::kRemainder, PlaneRule::kLinear}, kWeight};
+  for (const char* name : {"box", "point"})
+    for (const LayerShape& layer : every_shape()) {
+      const HalvingKernel kernel = *kernel_from_name(name);
+      test::WholeImage base(layer, 0, 3);
+      std::mt19937 random(6);
+      std::uniform_real_distribution<double> height(8000.0, 8001.0);
+      for (std::int64_t y = base.data.y; y < base.data.bottom(); ++y)
+        for (std::int64_t x = base.data.x; x < base.data.right(); ++x) {
+          if (random() % 9 == 0) continue;
+          const double value = height(random);
+          base.at(x, y, kHigh) = static_cast<float>(value);
+          base.at(x, y, kLow) = static_cast<float>(value - static_cast<double>(static_cast<float>(value)));
+          base.at(x, y, kWeight) = 1.0F;
+        }
+      const Levels truth = levels_by_definition(base, kernel, pair);
+      for (const int levels_at_once : {1, 2, 9}) {
+        const Levels result =
+            levels_by_cascade({.base = base, .kernel = kernel, .rules = pair, .levels_at_once = levels_at_once, .truth = &truth});
+        for (std::size_t k = 0; k < truth.size(); ++k)
+          ASSERT_EQ(result[k].floats, truth[k].floats) << name << " " << layer.data.width << " x " << layer.data.height
+                                                       << (layer.is_closed ? " closed, " : ", ") << levels_at_once << ", level " << k;
+      }
+    }
 }
 
 TEST(PlaneCascade, BytesThatAreNoCarryAreRefused) {

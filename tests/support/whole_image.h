@@ -62,6 +62,14 @@ struct WholeImage {
     if (column.share == 0.0F) return first;
     if (rules[p] == channels::PlaneRule::kLeast) return std::min(first, second);
     if (rules[p] == channels::PlaneRule::kGreatest) return std::max(first, second);
+    if (rules[p] == channels::PlaneRule::kRemainder) {
+      const auto whole = [&](std::int64_t at) {
+        return static_cast<double>(floats[index(at, y, p - 1)]) + static_cast<double>(floats[index(at, y, p)]);
+      };
+      const double share = column.share;
+      const double value = (1.0 - share) * whole(column.first) + share * whole(column.second);
+      return static_cast<float>(value - static_cast<double>(seen(x, y, p - 1, rules)));
+    }
     return (1.0F - column.share) * first + column.share * second;
   }
 
@@ -138,6 +146,14 @@ inline WholeImage halve_whole(const WholeImage& fine, const pyramid::HalvingKern
     const auto at = [&](int dx, int dy) { return fine.seen(2 * x + dx, 2 * y + dy, p, rules); };
     return pick(pick(at(0, 0), at(0, 1)), pick(at(1, 0), at(1, 1)));
   };
+  // What the box's mean of plane p - 1 and its remainder is beyond the float that plane p - 1 has become.
+  const auto remainder = [&](std::int64_t x, std::int64_t y, int p, float halved) {
+    const auto four = [&](int q) {
+      const auto at = [&](int dx, int dy) { return static_cast<double>(fine.seen(2 * x + dx, 2 * y + dy, q, rules)); };
+      return (at(0, 0) + at(1, 0)) + (at(0, 1) + at(1, 1));
+    };
+    return static_cast<float>((0.25 * four(p - 1) - static_cast<double>(halved)) + 0.25 * four(p));
+  };
   // Between the least and the greatest value with data of the 4 x 4 texels around.
   const auto limited = [&](std::int64_t x, std::int64_t y, int p, float value, float weight) {
     float least = std::numeric_limits<float>::infinity();
@@ -166,6 +182,8 @@ inline WholeImage halve_whole(const WholeImage& fine, const pyramid::HalvingKern
           out = of_four(x, y, p, [](float a, float b) { return std::max(a, b); });
         } else if (kernel.is_point) {
           out = fine.seen(2 * x, 2 * y, p, rules);
+        } else if (rules[p] == channels::PlaneRule::kRemainder) {
+          out = remainder(x, y, p, coarse.at(x, y, p - 1));
         } else if (kernel.taps == 2) {
           out = of_four(x, y, p, half_of_both);
         } else {
@@ -180,21 +198,24 @@ inline WholeImage halve_whole(const WholeImage& fine, const pyramid::HalvingKern
 }
 // What is stored of a level whose first plane holds values at centres: those of texels that the east or south edge cuts are continued from
 // the texel before, along the rows first, see builder/pyramid/edge_centres.h.
-inline WholeImage at_centres(WholeImage image, const channels::CentreRange& range, int weight_plane) {
+inline WholeImage at_centres(WholeImage image, const channels::CentreRange& range, const PlaneRules& rules) {
+  const int weight_plane = rules.weight_plane;
+  const bool is_wide = rules[1] == channels::PlaneRule::kRemainder;
   const TexelRect& data = image.data;
   const auto at = [&](std::int64_t x, std::int64_t y) { return static_cast<std::size_t>((y - data.y) * data.width + (x - data.x)); };
   std::vector<double> heights(static_cast<std::size_t>(data.width * data.height));
   for (std::int64_t y = data.y; y < data.bottom(); ++y)
     for (std::int64_t x = data.x; x < data.right(); ++x)
       if (const double weight = image.get(x, y, weight_plane); weight > 0.0)
-        heights[at(x, y)] = static_cast<double>(image.get(x, y, 0)) / weight;
+        heights[at(x, y)] = (static_cast<double>(image.get(x, y, 0)) + (is_wide ? static_cast<double>(image.get(x, y, 1)) : 0.0)) / weight;
   const auto move = [&](std::int64_t x, std::int64_t y, std::int64_t before_x, std::int64_t before_y, double filled) {
     const double weight = image.get(x, y, weight_plane);
     if (weight <= 0.0 || image.get(before_x, before_y, weight_plane) <= 0.0F) return;
     double& last = heights[at(x, y)];
     const double value = last + (last - heights[at(before_x, before_y)]) * ((1.0 - filled) / (1.0 + filled));
-    last = std::clamp(value, std::min<double>(range.least, last), std::max<double>(range.greatest, last));
+    last = std::clamp(value, std::min(range.least, last), std::max(range.greatest, last));
     image.at(x, y, 0) = static_cast<float>(last * weight);
+    if (is_wide) image.at(x, y, 1) = static_cast<float>(last * weight - static_cast<double>(image.at(x, y, 0)));
   };
   const double column = image.layer.filled_column(image.depth);
   const double row = image.layer.filled_row(image.depth);

@@ -1,0 +1,80 @@
+#include "builder/pipeline/stored_light.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <vector>
+
+namespace vt::pipeline {
+namespace {
+
+constexpr std::size_t kMostSources = 64;
+constexpr std::size_t kMostWindows = 64;
+constexpr std::int64_t kWindowEdge = 64;
+constexpr int kLeastOctave = -14;     // of normal halves
+constexpr int kBrightestOctave = 9;   // of what is stored, at the brightest that was seen
+constexpr double kSmallShare = 1e-3;  // of light that may be lost
+
+// Light by octaves, over texels and the three colours.
+struct LightSeen {
+  double total = 0.0;
+  double in_small_numbers = 0.0;
+  double texels = 0.0;  // with and without light, three colours each
+  int brightest_octave = -200;
+
+  void add(double light) {
+    texels += 1.0;
+    if (!(light > 0.0) || !std::isfinite(light)) return;
+    const int octave = std::ilogb(light);
+    total += light;
+    if (octave < kLeastOctave) in_small_numbers += light;
+    brightest_octave = std::max(brightest_octave, octave);
+  }
+  [[nodiscard]] bool is_small() const {
+    return total > 0.0 && (in_small_numbers > kSmallShare * total || total / texels < std::ldexp(1.0, kLeastOctave));
+  }
+};
+
+Result<void> look_at(const resample::PlacedSource& source, const source::Window& window, LightSeen& seen) {
+  const std::size_t pitch = static_cast<std::size_t>(window.width) * source.layout.texel_bytes();
+  std::vector<std::byte> samples(pitch * static_cast<std::size_t>(window.height));
+  VT_CHECK(source.read(window, samples, pitch, nullptr));
+  const auto planes = static_cast<std::size_t>(source.codec->source_planes());
+  std::vector<float> floats(planes * static_cast<std::size_t>(window.width));
+  channels::PlaneRow row{};
+  for (std::size_t p = 0; p < planes; ++p) row[p] = floats.data() + p * static_cast<std::size_t>(window.width);
+  for (std::int64_t y = 0; y < window.height; ++y) {
+    source.codec->decode_row(samples.data() + static_cast<std::size_t>(y) * pitch, window.width, row);
+    for (std::size_t c = 0; c < 3; ++c)
+      for (std::int64_t x = 0; x < window.width; ++x) seen.add(row[c][x]);
+  }
+  return {};
+}
+
+// Places of windows along one axis of a raster, evenly spread, the first and the last at its ends.
+std::vector<std::int64_t> places(std::int64_t length, std::int64_t wanted) {
+  const std::int64_t last = std::max<std::int64_t>(length - kWindowEdge, 0);
+  const std::int64_t count = std::clamp<std::int64_t>((length + kWindowEdge - 1) / kWindowEdge, 1, wanted);
+  std::vector<std::int64_t> result;
+  for (std::int64_t i = 0; i < count; ++i) result.push_back(count == 1 ? last / 2 : last * i / (count - 1));
+  return result;
+}
+
+}  // namespace
+
+Result<double> choose_stored_light(std::span<const resample::PlacedSource> sources) {
+  const std::size_t looked_at = std::min(sources.size(), kMostSources);
+  const auto windows_across = std::max<std::int64_t>(1, std::llround(std::sqrt(static_cast<double>(kMostWindows / looked_at))));
+  LightSeen seen;
+  for (std::size_t i = 0; i < looked_at; ++i) {
+    const resample::PlacedSource& source = sources[i * sources.size() / looked_at];
+    const source::RasterInfo& info = source.raster->info();
+    for (const std::int64_t y : places(info.height, windows_across))
+      for (const std::int64_t x : places(info.width, windows_across))
+        VT_CHECK(look_at(source, {x, y, std::min(kWindowEdge, info.width - x), std::min(kWindowEdge, info.height - y)}, seen));
+  }
+  return seen.is_small() ? std::min(1.0, std::ldexp(1.0, seen.brightest_octave - kBrightestOctave)) : 1.0;
+}
+
+}  // namespace vt::pipeline
