@@ -18,8 +18,9 @@ namespace {
 
 constexpr double kDegree = std::numbers::pi / 180.0;
 
-constexpr const char* kHowToGiveOne =
-    "give another with --crs EPSG:nnnn: 4326 and other geographic codes, UTM zones (326xx, 327xx, 269xx, 258xx, ...), 3857";
+constexpr const char* kWhatIsKnown =
+    "known are longitudes and latitudes on the common datums (4326, 4269, 4258, ...), UTM zones (326xx, 327xx, 269xx, 258xx, ...) and "
+    "other transverse Mercator grids, and 3857; a raster in another CRS has to be reprojected first, for example with gdalwarp -t_srs";
 
 struct ProjectionName {
   Projection projection;
@@ -166,7 +167,7 @@ Crs::Crs(CrsDefinition definition) : impl_(std::make_shared<const Impl>(std::mov
 Result<Crs> Crs::from_epsg(int code) {
   auto definition = definition_from_epsg(code);
   if (!definition)
-    return fail(ErrorCode::kUnsupported, fmt::format("EPSG:{} is not a CRS that this program knows; {}", code, kHowToGiveOne));
+    return fail(ErrorCode::kUnsupported, fmt::format("EPSG:{} is not a CRS that this program knows; {}", code, kWhatIsKnown));
   return Crs(*std::move(definition));
 }
 
@@ -289,6 +290,15 @@ Result<Point2> Crs::lonlat_from_crs(Point2 crs) const {
     }
   }
   return no_answer();
+}
+
+Result<Point2> Crs::unwrapped_lonlat_from_crs(Point2 crs) const {
+  VT_ASSIGN(Point2 lonlat_deg, lonlat_from_crs(crs));
+  const CrsDefinition& d = impl_->definition;
+  if (d.projection != Projection::kTransverseMercator) return lonlat_deg;
+  // Whole turns only: a longitude that is near enough stays as it is, to the last bit.
+  lonlat_deg.x -= 360.0 * std::round((lonlat_deg.x - d.central_meridian_deg) / 360.0);
+  return lonlat_deg;
 }
 
 std::optional<double> Crs::turn() const {

@@ -64,7 +64,9 @@ class Crs {
   // answer.
   [[nodiscard]] Result<Point2> lonlat_from_crs(Point2 crs) const;
   [[nodiscard]] Result<Point2> crs_from_lonlat(Point2 lonlat_deg) const;
-
+  // As lonlat_from_crs, but longitudes do not jump where a raster crosses the antimeridian: they lie within 180 degrees of the central
+  // meridian of a transverse Mercator, and are x itself, of any number of turns, where x is a longitude.
+  [[nodiscard]] Result<Point2> unwrapped_lonlat_from_crs(Point2 crs) const;
   // CRS units to the east after which the same place comes again: 360 degrees, or the equator of Web Mercator. nullopt where none does.
   [[nodiscard]] std::optional<double> turn() const;
 

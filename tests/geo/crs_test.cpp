@@ -176,6 +176,38 @@ TEST(Crs, EveryListedFamilyHasTheRightMeridianAndDatum) {
   }
 }
 
+// A step to the east is a small step in longitude, wherever the antimeridian is.
+TEST(Crs, UnwrappedLongitudesDoNotJumpAtTheAntimeridian) {
+  for (const int code : {32601, 32660, 32701, 32760, 2193, 32633}) {
+    const Crs utm = crs(code);
+    const double meridian = utm.definition().central_meridian_deg;
+    double last = NAN;
+    for (double easting = -200000.0; easting <= 1200000.0; easting += 10000.0) {
+      const Point2 place{.x = easting + utm.definition().false_easting_m - 500000.0, .y = utm.definition().false_northing_m + 1000.0};
+      const Point2 wrapped = utm.lonlat_from_crs(place).value();
+      const Point2 unwrapped = utm.unwrapped_lonlat_from_crs(place).value();
+      EXPECT_EQ(unwrapped.y, wrapped.y);
+      EXPECT_EQ(std::remainder(unwrapped.x - wrapped.x, 360.0), 0.0);
+      EXPECT_LE(std::abs(unwrapped.x - meridian), 7.0) << code;
+      if (std::abs(wrapped.x - meridian) < 180.0) {
+        EXPECT_EQ(unwrapped.x, wrapped.x) << "to the last bit";
+      }
+      EXPECT_TRUE(std::isnan(last) || unwrapped.x > last);
+      last = unwrapped.x;
+    }
+  }
+  EXPECT_EQ(crs(4326).unwrapped_lonlat_from_crs({.x = 539.5, .y = 10.0})->x, 539.5);
+  EXPECT_NEAR(crs(3857).unwrapped_lonlat_from_crs({.x = -30056262.514183868, .y = 0.0})->x, -270.0, 1e-9);  // three quarters of a turn
+}
+
+TEST(Crs, OneTurnIsTheSamePlace) {
+  EXPECT_EQ(crs(4326).turn(), 360.0);
+  EXPECT_EQ(crs(4269).turn(), 360.0);
+  EXPECT_NEAR(crs(3857).turn().value(), 40075016.68557849, 1e-7);
+  EXPECT_EQ(crs(32601).turn(), std::nullopt);
+  EXPECT_EQ(Crs().turn(), std::nullopt);
+}
+
 TEST(Crs, JsonKeepsEveryBit) {
   CrsDefinition d = crs(26771).definition();
   d.central_meridian_deg = -88.333333333333329 + 1e-14;
