@@ -67,7 +67,36 @@ constexpr std::uint16_t kDoubleTag = 34736;
 constexpr std::uint16_t kAsciiTag = 34737;
 constexpr const char* kPixelCitation = "pixel coordinates";
 
-constexpr const char* kRemedy = "say what it is with --crs EPSG:nnnn";
+// GeoKey 3075, by number (OGC 19-008r4, projection methods of GeoTIFF 1.0).
+constexpr std::array<std::string_view, 29> kMethodNames = {"",
+                                                           "transverse Mercator",
+                                                           "modified transverse Mercator of Alaska",
+                                                           "oblique Mercator",
+                                                           "oblique Mercator (Laborde)",
+                                                           "oblique Mercator (Rosenmund)",
+                                                           "spherical oblique Mercator",
+                                                           "Mercator",
+                                                           "Lambert conformal conic with two parallels",
+                                                           "Lambert conformal conic with one parallel",
+                                                           "Lambert azimuthal equal area",
+                                                           "Albers equal area",
+                                                           "azimuthal equidistant",
+                                                           "equidistant conic",
+                                                           "stereographic",
+                                                           "polar stereographic",
+                                                           "oblique stereographic",
+                                                           "equirectangular",
+                                                           "Cassini-Soldner",
+                                                           "gnomonic",
+                                                           "Miller cylindrical",
+                                                           "orthographic",
+                                                           "polyconic",
+                                                           "Robinson",
+                                                           "sinusoidal",
+                                                           "van der Grinten",
+                                                           "New Zealand map grid",
+                                                           "transverse Mercator oriented south",
+                                                           "cylindrical equal area"};
 
 // Free text from a file goes into messages and JSON: printable ASCII only.
 std::string cleaned(std::string_view text) {
@@ -145,7 +174,68 @@ class Keys {
   std::size_t count_ = 0;
 };
 
-tl::unexpected<Error> refuse(std::string what) { return fail(ErrorCode::kUnsupported, fmt::format("{}; {}", what, kRemedy)); }
+tl::unexpected<Error> refuse(std::string what) { return fail(ErrorCode::kUnsupported, std::move(what)); }
+
+// A code that says something: neither absent nor 0 nor user-defined.
+std::optional<int> registered_code(const Keys& keys, Key key) {
+  const auto code = keys.code(key);
+  return code && *code != 0 && *code != kUserDefined ? code : std::nullopt;
+}
+
+std::string method_text(int method) {
+  const bool is_known = method > 0 && static_cast<std::size_t>(method) < kMethodNames.size();
+  return is_known ? fmt::format("method {} ({})", method, kMethodNames[static_cast<std::size_t>(method)])
+                  : fmt::format("method {}", method);
+}
+
+// The CRS's name out of a citation: some writers put one field or a whole definition there.
+std::string name_in_citation(const std::string& citation) {
+  for (const char* field : {"PCS Name", "GCS Name"}) {
+    if (std::string name = citation_field(citation, field); !name.empty()) return name;
+  }
+  for (const std::string_view opening : {"PROJCS[\"", "GEOGCS[\""}) {
+    const std::size_t found = citation.find(opening);
+    if (found == std::string::npos) continue;
+    const std::size_t begin = found + opening.size();
+    return citation.substr(begin, citation.find('"', begin) - begin);
+  }
+  return citation.substr(0, citation.find('|'));
+}
+
+std::string crs_name(const Keys& keys) {
+  for (const Key key : {kProjectedCitation, kCitation, kGeographicCitation}) {
+    const std::string name = name_in_citation(keys.text(key));
+    if (!name.empty() && name != "unnamed" && name != "unknown" && name != "Unknown") return name;
+  }
+  return {};
+}
+
+// As geo_keys_from_crs writes rasters without a place on the Earth.
+bool is_pixel(const Keys& keys) { return keys.code(kModelType) == kUserDefined && keys.text(kCitation) == kPixelCitation; }
+
+// What the keys call their CRS, "" when they declare none: a file may carry nothing but the kind of its samples.
+std::string declared_crs(const Keys& keys) {
+  const int model = keys.code(kModelType).value_or(0);
+  const auto projected = registered_code(keys, kProjectedType);
+  const auto geographic = registered_code(keys, kGeographicType);
+  const auto projection = registered_code(keys, kProjection);
+  const auto method = registered_code(keys, kCoordinateTransform);
+  const std::string name = crs_name(keys);
+  const bool has_datum = registered_code(keys, kGeodeticDatum) || registered_code(keys, kEllipsoid) || keys.number(kSemiMajorAxis);
+  const bool has_name = model != 0 && !name.empty();  // otherwise it is any text
+  if (!projected && !geographic && !projection && !method && !has_datum && !has_name && model != kModelGeocentric) return {};
+  const std::string quoted = name.empty() ? "" : fmt::format(" \"{}\"", name);
+  if (projected) return fmt::format("EPSG:{}{}", *projected, quoted);
+  if (geographic && model != kModelProjected && !method && !projection) return fmt::format("EPSG:{}{}", *geographic, quoted);
+  std::string text = model == kModelGeographic   ? "a geographic CRS of its own"
+                     : model == kModelGeocentric ? "a geocentric CRS"
+                     : model == kModelProjected  ? "a projected CRS of its own"
+                                                 : "a CRS of its own";
+  text += quoted;
+  if (projection) text += fmt::format(", projection {}", *projection);
+  if (method) text += ", " + method_text(*method);
+  return text;
+}
 
 Result<double> degrees_per_angle(const Keys& keys) {
   const int code = keys.code(kAngularUnits).value_or(9102);
@@ -252,7 +342,8 @@ Result<CrsDefinition> user_defined_projection(const Keys& keys) {
     return refuse(
         projection != kUserDefined && projection != 0
             ? fmt::format("GeoKey 3074 names projection {}, which this program does not know (it knows transverse Mercator)", projection)
-            : fmt::format("GeoKey 3075 names projection method {}; this program reads transverse Mercator (1)", method));
+        : method == 0 ? "the GeoKeys name no projection method (keys 3074, 3075)"
+                      : fmt::format("GeoKey 3075 names projection {}; this program reads transverse Mercator (1)", method_text(method)));
   }
   VT_ASSIGN(CrsDefinition definition, geographic_base(keys));
   definition.projection = Projection::kTransverseMercator;
@@ -299,7 +390,6 @@ Result<CrsDefinition> projected_crs(const Keys& keys) {
 
 Result<CrsDefinition> definition_from_keys(const Keys& keys) {
   const int model = keys.code(kModelType).value_or(0);
-  if (model == kUserDefined && keys.text(kCitation) == kPixelCitation) return Crs().definition();
   switch (model) {
     case kModelProjected:
       return projected_crs(keys);
@@ -398,10 +488,21 @@ GeoKeyMeaning crs_from_geo_keys(const GeoKeyTags& tags) {
   const Keys keys(tags);
   meaning.pixel_is_point = keys.code(kRasterType) == kPixelIsPoint;
   if (keys.empty()) {
-    if (!tags.directory.empty()) meaning.problem = fmt::format("the GeoKey directory (tag 34735) holds no complete key; {}", kRemedy);
+    if (tags.directory.size() >= 4 && tags.directory[3] == 0) return meaning;  // no keys
+    if (!tags.directory.empty()) {
+      meaning.declared = "a CRS in damaged GeoKeys";
+      meaning.problem = "the GeoKey directory (tag 34735) holds no complete key";
+    }
     return meaning;
   }
   meaning.vertical = vertical_from_keys(keys);
+  if (is_pixel(keys)) {
+    meaning.crs.emplace();
+    meaning.declared = kPixelCitation;
+    return meaning;
+  }
+  meaning.declared = declared_crs(keys);
+  if (meaning.declared.empty()) return meaning;
   auto definition = definition_from_keys(keys);
   if (!definition) {
     meaning.problem = std::move(definition).error().message;

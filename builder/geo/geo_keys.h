@@ -20,7 +20,8 @@ struct GeoKeyTags {
 
 struct GeoKeyMeaning {
   std::optional<Crs> crs;
-  std::string problem;          // why there is no `crs` although the keys try to declare one, and what to do
+  std::string declared;         // what the keys call their CRS, for messages: code, name, method; "" when they declare none
+  std::string problem;          // why there is no `crs` although they do
   bool pixel_is_point = false;  // GTRasterTypeGeoKey: tie points name sample centres
   // Of the sample values where they are heights: VerticalGeoKey, VerticalUnitsGeoKey.
   std::optional<VerticalMeaning> vertical;

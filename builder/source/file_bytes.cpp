@@ -11,6 +11,29 @@
 
 namespace vt::source {
 
+namespace {
+
+std::string kind_text(mode_t mode) {
+  if (S_ISDIR(mode)) return "it is a folder";
+  if (S_ISFIFO(mode)) return "it is a pipe, and a regular file is needed";
+  if (S_ISSOCK(mode)) return "it is a socket, and a regular file is needed";
+  if (S_ISCHR(mode) || S_ISBLK(mode)) return "it is a device, and a regular file is needed";
+  return "it is not a regular file";
+}
+
+tl::unexpected<Error> unreadable(const std::filesystem::path& path, const std::string& why) {
+  return fail(ErrorCode::kIo, fmt::format("{}: cannot read it: {}", path.string(), why));
+}
+
+}  // namespace
+
+Result<void> check_regular_file(const std::filesystem::path& path) {
+  struct stat status {};
+  if (::stat(path.c_str(), &status) != 0) return unreadable(path, std::generic_category().message(errno));
+  if (!S_ISREG(status.st_mode)) return unreadable(path, kind_text(status.st_mode));
+  return {};
+}
+
 // Gives the descriptor back.
 class FileBytes::Lease {
  public:
@@ -23,9 +46,7 @@ class FileBytes::Lease {
   const FileBytes& file_;
 };
 
-tl::unexpected<Error> FileBytes::refusal(const std::string& why) const {
-  return fail(ErrorCode::kIo, fmt::format("{}: cannot read it: {}", path_.string(), why));
-}
+tl::unexpected<Error> FileBytes::refusal(const std::string& why) const { return unreadable(path_, why); }
 
 tl::unexpected<Error> FileBytes::changed(const Identity& found) const {
   return fail(ErrorCode::kIo,
@@ -35,18 +56,20 @@ tl::unexpected<Error> FileBytes::changed(const Identity& found) const {
 }
 
 Result<int> FileBytes::open_descriptor(Identity& found) const {
-  int descriptor = ::open(path_.c_str(), O_RDONLY | O_CLOEXEC);
+  // Looked at before it is opened: opening waits for a pipe's writer, and a device may act.
+  VT_CHECK(check_regular_file(path_));
+  constexpr int kFlags = O_RDONLY | O_CLOEXEC | O_NONBLOCK;
+  int descriptor = ::open(path_.c_str(), kFlags);
   if (descriptor < 0 && (errno == EMFILE || errno == ENFILE)) {
     pool_->close_all_idle();
-    descriptor = ::open(path_.c_str(), O_RDONLY | O_CLOEXEC);
+    descriptor = ::open(path_.c_str(), kFlags);
   }
   if (descriptor < 0) return refusal(std::generic_category().message(errno));
   struct stat status {};
   const int failed = ::fstat(descriptor, &status) == 0 ? 0 : errno;
-  if (failed != 0 || !S_ISREG(status.st_mode)) {
+  if (failed != 0 || !S_ISREG(status.st_mode)) {  // another one since
     ::close(descriptor);
-    if (failed != 0) return refusal(std::generic_category().message(failed));
-    return refusal(S_ISDIR(status.st_mode) ? "it is a folder" : "it is not a regular file");
+    return refusal(failed != 0 ? std::generic_category().message(failed) : kind_text(status.st_mode));
   }
   found = {.device = static_cast<std::uint64_t>(status.st_dev),
            .inode = static_cast<std::uint64_t>(status.st_ino),

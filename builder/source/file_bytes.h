@@ -13,9 +13,14 @@
 
 namespace vt::source {
 
+// kIo unless there is a regular file under this path, or a link to one: whoever opens anything else may wait for ever. The message names
+// the file and what it is.
+[[nodiscard]] Result<void> check_regular_file(const std::filesystem::path& path);
+
 class FileBytes {
  public:
-  // Without a pool the file makes one of its own.
+  // Without a pool the file makes one of its own. kIo: the system refuses it, or it is no regular file; a pipe or a device is not waited
+  // for.
   [[nodiscard]] static Result<std::shared_ptr<const FileBytes>> open(const std::filesystem::path& path,
                                                                      std::shared_ptr<FilePool> pool = nullptr);
   ~FileBytes();

@@ -14,6 +14,7 @@
 #include "builder/source/source_common.h"
 #include "builder/source/tiff_decoder.h"
 #include "builder/source/tiff_layout.h"
+#include "builder/source/tiff_place.h"
 
 namespace vt::source {
 namespace {
@@ -257,13 +258,16 @@ Result<std::unique_ptr<RasterSource>> open_geotiff(std::shared_ptr<const FileByt
   info.block_height = layout.block_height;
   info.tiled = layout.tiled;
   info.compression = compression_name(layout.compression);
-  info.crs = std::move(place.keys.crs);
+  info.declared_crs = std::move(place.keys.crs);
+  info.declared_crs_text = std::move(place.keys.declared);
   info.crs_problem = std::move(place.keys.problem);
   if (place.transform) {
     info.transform = *place.transform;
     info.has_transform = true;
   }
   apply_heights(place, info);
+  info.place_problem = std::move(place.problem);
+  info.unused.insert(info.unused.end(), place.unused.begin(), place.unused.end());
   VT_CHECK(apply_options(options, info));
 
   std::unique_ptr<TiffDecoder> mask;

@@ -6,13 +6,15 @@
 #include <memory>
 
 #include "builder/source/file_bytes.h"
+#include "builder/source/raster_format.h"
 #include "builder/source/raster_source.h"
 
 namespace vt::source {
 
 // What the library exports, under the name kPictureModuleSymbol.
 struct PictureModule {
-  Result<std::unique_ptr<RasterSource>> (*open_picture)(std::shared_ptr<const FileBytes> file, const OpenOptions& options);
+  Result<std::unique_ptr<RasterSource>> (*open_picture)(std::shared_ptr<const FileBytes> file, RasterFormat format,
+                                                        const OpenOptions& options);
 };
 inline constexpr char kPictureModuleSymbol[] = "vt_picture_module";
 

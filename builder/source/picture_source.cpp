@@ -5,6 +5,8 @@
 #include <array>
 #include <atomic>
 #include <cstring>
+#include <exception>
+#include <limits>
 #include <optional>
 #include <string_view>
 #include <vector>
@@ -13,6 +15,7 @@
 #include "builder/source/file_bytes.h"
 #include "builder/source/gdal_metadata.h"
 #include "builder/source/masked_source.h"
+#include "builder/source/picture_header.h"
 #include "builder/source/picture_module.h"
 #include "builder/source/source_common.h"
 
@@ -88,20 +91,47 @@ struct Input final : IdleReader {
   std::int64_t next_row = 0;
 };
 
-Result<std::unique_ptr<Input>> open_input(const FileBytes& file) {
+// What OpenImageIO calls its reader of a format.
+const char* reader_name(RasterFormat format) {
+  switch (format) {
+    case RasterFormat::kPng:
+      return "png";
+    case RasterFormat::kJpeg:
+      return "jpeg";
+    case RasterFormat::kJpeg2000:
+      return "jpeg2000";
+    case RasterFormat::kOpenExr:
+      return "openexr";
+    case RasterFormat::kRadiance:
+      return "hdr";
+    case RasterFormat::kPnm:
+      return "pnm";
+    case RasterFormat::kTiff:
+      break;
+  }
+  return "";
+}
+
+// By the reader of the format that the content is of, and by no other: asked for a file alone, OpenImageIO tries all that it has.
+Result<std::unique_ptr<Input>> open_input(const FileBytes& file, RasterFormat format) {
   VT_CHECK(file.check_unchanged());  // OpenImageIO opens it by its path
-  const std::filesystem::path& path = file.path();
+  const std::string path = file.path().string();
   OIIO::ImageSpec wish;
   wish.attribute("oiio:UnassociatedAlpha", 1);  // codes as they are in the file
   auto input = std::make_unique<Input>();
-  input->decoder = OIIO::ImageInput::open(path.string(), &wish);
-  if (!input->decoder) {
-    const std::string reason = OIIO::geterror();
-    const bool unknown = reason.find("could not find a format reader") != std::string::npos;
-    return fail(unknown ? ErrorCode::kUnsupported : ErrorCode::kInvalidData,
-                fmt::format("{}: cannot read it as a picture: {}", path.string(), reason));
+  input->decoder = OIIO::ImageInput::create(reader_name(format));
+  if (!input->decoder)
+    return fail(ErrorCode::kInternal,
+                fmt::format("{}: OpenImageIO lacks its reader \"{}\": {}", path, reader_name(format), OIIO::geterror()));
+  std::string reason;
+  try {
+    OIIO::ImageSpec spec;
+    if (input->decoder->open(path, spec, wish)) return input;
+    reason = input->decoder->geterror();
+  } catch (const std::exception& problem) {  // OpenEXR and lack of memory
+    reason = problem.what();
   }
-  return input;
+  return fail(ErrorCode::kInvalidData, fmt::format("{}: cannot be read as {}: {}", path, reader_name(format), reason));
 }
 
 // What a PNG's header says of its samples; empty for other files.
@@ -143,8 +173,9 @@ class PictureDecoder final : public CellDecoder {
     int straighten_by = -1;  // the alpha band when colours are stored multiplied by it
   };
 
-  PictureDecoder(std::shared_ptr<const FileBytes> file, std::unique_ptr<Input> first, const CellGrid& grid, const Samples& samples)
-      : file_(std::move(file)), grid_(grid), samples_(samples) {
+  PictureDecoder(std::shared_ptr<const FileBytes> file, RasterFormat format, std::unique_ptr<Input> first, const CellGrid& grid,
+                 const Samples& samples)
+      : file_(std::move(file)), format_(format), grid_(grid), samples_(samples) {
     give(std::move(first));
   }
   ~PictureDecoder() override { file_->pool()->readers().forget(this); }
@@ -190,7 +221,7 @@ class PictureDecoder final : public CellDecoder {
     };
     std::unique_ptr<Input> input(static_cast<Input*>(file_->pool()->readers().take(this, closeness).release()));
     if (input) return input;
-    return open_input(*file_);
+    return open_input(*file_, format_);
   }
   void give(std::unique_ptr<Input> input) const { file_->pool()->readers().give(this, std::move(input)); }
 
@@ -213,6 +244,7 @@ class PictureDecoder final : public CellDecoder {
   }
 
   std::shared_ptr<const FileBytes> file_;
+  RasterFormat format_;
   CellGrid grid_;
   Samples samples_;
   mutable std::atomic<std::uint64_t> decoded_bytes_ = 0;
@@ -220,9 +252,11 @@ class PictureDecoder final : public CellDecoder {
 
 class PictureSource final : public RasterSource {
  public:
-  PictureSource(RasterInfo info, std::unique_ptr<PictureDecoder> decoder, const std::shared_ptr<BlockCache>& cache,
-                const std::shared_ptr<ScratchFile>& scratch)
-      : decoder_(std::move(decoder)), cells_(*decoder_, cache, scratch) {
+  // `first_x`, `first_y`: the stored sample that is the first of the raster; stored samples outside the raster are not read, and places of
+  // the raster where none is stored have no data. Only floating-point samples may lack.
+  PictureSource(RasterInfo info, std::int64_t first_x, std::int64_t first_y, std::unique_ptr<PictureDecoder> decoder,
+                const std::shared_ptr<BlockCache>& cache, const std::shared_ptr<ScratchFile>& scratch)
+      : first_x_(first_x), first_y_(first_y), decoder_(std::move(decoder)), cells_(*decoder_, cache, scratch) {
     info_ = std::move(info);
   }
 
@@ -234,11 +268,14 @@ class PictureSource final : public RasterSource {
     const std::size_t bytes = sample_bytes(info_.sample_type);
     const std::size_t in_stride = bytes * static_cast<std::size_t>(info_.bands);
     const std::size_t out_stride = bytes * bands.size();
-    return cells_.visit(0, true, window, [&](const std::byte* in, std::int64_t in_pitch, const Window& part) {
+    const Window stored = stored_window(window);
+    if (stored.width < window.width || stored.height < window.height) clear(window, bands, out, row_pitch_bytes);
+    if (stored.width <= 0 || stored.height <= 0) return {};
+    return cells_.visit(0, true, stored, [&](const std::byte* in, std::int64_t in_pitch, const Window& part) {
       for (std::int64_t row = 0; row < part.height; ++row) {
         const std::byte* from = in + row * in_pitch;
-        std::byte* to = out.data() + static_cast<std::size_t>(part.y - window.y + row) * row_pitch_bytes +
-                        static_cast<std::size_t>(part.x - window.x) * out_stride;
+        std::byte* to = out.data() + static_cast<std::size_t>(part.y - first_y_ - window.y + row) * row_pitch_bytes +
+                        static_cast<std::size_t>(part.x - first_x_ - window.x) * out_stride;
         for (std::int64_t x = 0; x < part.width; ++x, from += in_stride) {
           for (const int wanted : bands) {
             if (wanted != kLeaveAlone) std::memcpy(to, from + static_cast<std::size_t>(wanted) * bytes, bytes);
@@ -257,22 +294,52 @@ class PictureSource final : public RasterSource {
     return {};
   }
 
-  void release_rows_before(std::int64_t row) const override { cells_.release_rows_before(row); }
+  void release_rows_before(std::int64_t row) const override {
+    cells_.release_rows_before(std::clamp<std::int64_t>(row + first_y_, 0, decoder_->grid().height));
+  }
   // What OpenImageIO takes for itself is not known: some formats are unpacked whole inside.
   std::size_t resident_bytes() const override { return static_cast<std::size_t>(decoder_->grid().cell_bytes()) + cells_.resident_bytes(); }
   std::uint64_t decoded_bytes() const override { return decoder_->decoded_bytes(); }
 
  private:
+  // The stored samples under a window of the raster.
+  Window stored_window(const Window& window) const {
+    const CellGrid& grid = decoder_->grid();
+    const std::int64_t left = std::max<std::int64_t>(window.x + first_x_, 0);
+    const std::int64_t top = std::max<std::int64_t>(window.y + first_y_, 0);
+    return {.x = left,
+            .y = top,
+            .width = std::min(window.x + first_x_ + window.width, grid.width) - left,
+            .height = std::min(window.y + first_y_ + window.height, grid.height) - top};
+  }
+  // No data everywhere: not a number, and no coverage.
+  void clear(const Window& window, std::span<const int> bands, std::span<std::byte> out, std::size_t row_pitch_bytes) const {
+    const auto fill = [&]<class T>(T nan) {
+      for (std::int64_t row = 0; row < window.height; ++row) {
+        std::byte* to = out.data() + static_cast<std::size_t>(row) * row_pitch_bytes;
+        for (std::int64_t x = 0; x < window.width; ++x)
+          for (const int band : bands) {
+            if (band != kLeaveAlone) store(to, band == info_.alpha_band ? T{0} : nan);
+            to += sizeof nan;
+          }
+      }
+    };
+    info_.sample_type == SampleType::kFloat64 ? fill(std::numeric_limits<double>::quiet_NaN())
+                                              : fill(std::numeric_limits<float>::quiet_NaN());
+  }
+
+  std::int64_t first_x_;
+  std::int64_t first_y_;
   std::unique_ptr<PictureDecoder> decoder_;
   CellStore cells_;
 };
 
 // Tiles as they are; scanlines as one cell when the picture is small beside the cache, else in bands.
 CellGrid grid_of(const OIIO::ImageSpec& spec, const RasterInfo& info, bool is_random_access, const BlockCache& cache) {
-  CellGrid grid{.width = info.width,
-                .height = info.height,
-                .block_width = info.tiled ? spec.tile_width : info.width,
-                .block_height = info.tiled ? spec.tile_height : info.height,
+  CellGrid grid{.width = spec.width,
+                .height = spec.height,
+                .block_width = info.tiled ? spec.tile_width : spec.width,
+                .block_height = info.tiled ? spec.tile_height : spec.height,
                 .rows_per_cell = 0,
                 .stride = info.bands * static_cast<std::int64_t>(sample_bytes(info.sample_type))};
   grid.rows_per_cell = grid.block_height;
@@ -305,9 +372,43 @@ std::vector<BandMeaning> meaning_of(const OIIO::ImageSpec& spec, const RasterInf
   return meaning;
 }
 
-Result<std::unique_ptr<RasterSource>> read_picture(std::shared_ptr<const FileBytes> file, const OpenOptions& options) {
+// Where the stored samples lie in what is shown, and what is said of them otherwise.
+Result<void> apply_header(const PictureHeader& header, RasterInfo& info) {
+  const std::string path = info.path.string();
+  if (header.orientation != 1)
+    return fail(
+        ErrorCode::kUnsupported,
+        fmt::format("{}: {} is {}: only rows from the top and columns from the left (1) are read; turn the picture upright first, for "
+                    "example with exiftran -ai or mogrify -auto-orient, or, where it is wrong, remove it: exiftool -Orientation= FILE",
+                    path, header.orientation_source, header.orientation));
+  info.place_problem = header.place_problem;
+  info.unused.insert(info.unused.end(), header.unused.begin(), header.unused.end());
+  if (!header.display) return {};
+  const Window& display = *header.display;
+  const bool may_lack = info.sample_type == SampleType::kFloat32 || info.sample_type == SampleType::kFloat64;
+  const bool is_whole =
+      display.x >= 0 && display.y >= 0 && display.x + display.width <= info.width && display.y + display.height <= info.height;
+  if (!is_whole && !may_lack)
+    return fail(ErrorCode::kUnsupported,
+                fmt::format("{}: the display window is larger than the data window, and whole numbers cannot lack; save "
+                            "it with both windows alike",
+                            path));
+  if (display.x > 0 || display.y > 0 || display.x + display.width < info.width || display.y + display.height < info.height)
+    info.unused.push_back({.what = "samples outside its display window"});
+  if (!is_whole) {
+    constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+    for (BandMeaning& band : info.meaning)
+      if (!band.nodata) band.nodata = kNan;
+  }
+  info.width = display.width;
+  info.height = display.height;
+  return {};
+}
+
+Result<std::unique_ptr<RasterSource>> read_picture(std::shared_ptr<const FileBytes> file, RasterFormat format, const OpenOptions& options) {
   const std::filesystem::path path = file->path();
-  VT_ASSIGN(std::unique_ptr<Input> input, open_input(*file));
+  VT_ASSIGN(const PictureHeader header, read_picture_header(*file, format));
+  VT_ASSIGN(std::unique_ptr<Input> input, open_input(*file, format));
   const OIIO::ImageSpec& spec = input->decoder->spec();
   const auto unsupported = [&](const std::string& what) {
     return fail(ErrorCode::kUnsupported, fmt::format("{} ({}): {}", path.string(), input->decoder->format_name(), what));
@@ -346,20 +447,24 @@ Result<std::unique_ptr<RasterSource>> read_picture(std::shared_ptr<const FileByt
   for (BandMeaning& band : info.meaning)
     if (options.nodata) band.nodata = options.nodata;
   const std::shared_ptr<BlockCache> cache = cache_of(options);
-  const CellGrid grid = grid_of(spec, info, std::string_view(input->decoder->format_name()) == "openexr", *cache);
+  const CellGrid grid = grid_of(spec, info, format == RasterFormat::kOpenExr, *cache);
   info.block_width = grid.block_width;
   info.block_height = grid.rows_per_cell;
   if (grid.row_bytes() > kMaxCellBytes / grid.rows_per_cell)
     return unsupported(
         fmt::format("{} rows of {} bytes in one piece are more than this program holds", grid.rows_per_cell, grid.row_bytes()));
+  VT_CHECK(apply_header(header, info));
   VT_CHECK(apply_options(options, info));
   const bool associated = info.alpha_band >= 0 && spec.get_int_attribute("oiio:UnassociatedAlpha", 0) == 0;
   info.alpha_is_straightened = associated;
   const PictureDecoder::Samples samples{
       .type = info.sample_type, .bands = info.bands, .tiled = info.tiled, .straighten_by = associated ? info.alpha_band : -1};
   VT_ASSIGN(std::unique_ptr<TiffDecoder> mask, find_mask_beside(info, options, *cache));
-  auto decoder = std::make_unique<PictureDecoder>(std::move(file), std::move(input), grid, samples);
-  std::unique_ptr<RasterSource> source = std::make_unique<PictureSource>(std::move(info), std::move(decoder), cache, options.scratch);
+  auto decoder = std::make_unique<PictureDecoder>(std::move(file), format, std::move(input), grid, samples);
+  const std::int64_t first_x = header.display ? header.display->x : 0;
+  const std::int64_t first_y = header.display ? header.display->y : 0;
+  std::unique_ptr<RasterSource> source =
+      std::make_unique<PictureSource>(std::move(info), first_x, first_y, std::move(decoder), cache, options.scratch);
   return mask ? with_mask(std::move(source), std::move(mask), cache, options.scratch) : std::move(source);
 }
 

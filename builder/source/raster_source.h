@@ -31,6 +31,7 @@ enum class Concern : std::uint8_t { kAll, kColor, kHeights };  // the layers to 
 struct UnusedFact {
   std::string what;  // "an ICC profile (tag 34675)"
   Concern concern = Concern::kAll;
+  std::string instead = {};  // what is done without it, and how the user gets it; "" where nothing is to be said
 };
 
 struct RasterInfo {
@@ -47,9 +48,12 @@ struct RasterInfo {
   std::vector<std::filesystem::path> companions;  // other files that were read because they belong to this one: NAME.msk, NAME.aux.xml
   geo::GeoTransform transform;                    // meaningful when `has_transform`
   bool has_transform = false;
-  std::optional<geo::Crs> crs;
-  std::string crs_problem;       // why `crs` is empty although the file tried to declare one
-  std::int64_t block_width = 0;  // of the file's tiles or strips
+  std::string place_problem;             // why there is no transform although the file tries to give one, and what to do
+  std::optional<geo::Crs> crs;           // of the file or of OpenOptions
+  std::optional<geo::Crs> declared_crs;  // the file's own
+  std::string declared_crs_text;         // what the file calls it, also when it is one that we do not know; "" when it declares none
+  std::string crs_problem;               // why `declared_crs` is empty although the file declares one
+  std::int64_t block_width = 0;          // of the file's tiles or strips
   std::int64_t block_height = 0;
   bool tiled = false;
   bool is_picture = false;  // read through OpenImageIO
@@ -105,7 +109,9 @@ class RasterSource {
 struct OpenOptions {
   // Replace what the file says (or supply it where the file says nothing).
   std::optional<geo::Crs> crs;
-  std::optional<Area> extent;  // outer edges in CRS units
+  // In place of a CRS in a file that declares none.
+  std::optional<geo::Crs> fallback_crs = {};
+  std::optional<Area> extent;  // outer edges in CRS units; west of east, or east of west across the antimeridian where the CRS has turns
   // The stored code that means "no data", whatever the file declares: of palettes an index.
   std::optional<double> nodata;
   // Off: samples are colours, so palettes are expanded (to RGB, with alpha where some entries are clear) and MinIsWhite is inverted.

@@ -29,6 +29,20 @@ void straighten(std::span<std::byte> bytes, int bands, int alpha_band, double ma
   }
 }
 
+// Corners of the raster lie within half a sample of each other.
+bool is_same_place(const geo::GeoTransform& a, const geo::GeoTransform& b, const RasterInfo& info) {
+  const auto width = static_cast<double>(info.width);
+  const auto height = static_cast<double>(info.height);
+  const double reach_x = 0.5 * (std::abs(a.x_column) + std::abs(a.x_row));
+  const double reach_y = 0.5 * (std::abs(a.y_column) + std::abs(a.y_row));
+  for (const Point2 corner : {Point2{0.0, 0.0}, Point2{width, 0.0}, Point2{0.0, height}, Point2{width, height}}) {
+    const Point2 p = a.crs_from_raster(corner);
+    const Point2 q = b.crs_from_raster(corner);
+    if (!(std::abs(p.x - q.x) <= reach_x && std::abs(p.y - q.y) <= reach_y)) return false;
+  }
+  return true;
+}
+
 }  // namespace
 
 void straighten_alpha(SampleType type, std::span<std::byte> samples, int bands, int alpha_band, double max_code) {
@@ -65,24 +79,27 @@ std::shared_ptr<BlockCache> cache_of(const OpenOptions& options) {
 }
 
 Result<void> apply_options(const OpenOptions& options, RasterInfo& info) {
-  if (options.crs) {
-    info.crs = options.crs;
-    info.crs_problem.clear();
-  }
+  info.crs = options.crs ? options.crs : info.declared_crs;
+  if (!info.crs && info.declared_crs_text.empty()) info.crs = options.fallback_crs;
   if (options.extent) {
-    const Area& area = *options.extent;
+    Area area = *options.extent;
+    const std::optional<double> turn = info.crs ? info.crs->turn() : std::nullopt;
+    if (turn && area.west > area.east) area.east += *turn;  // across the antimeridian
     const bool sane = std::isfinite(area.west) && std::isfinite(area.south) && area.west < area.east && area.south < area.north &&
                       std::isfinite(area.east) && std::isfinite(area.north);
     if (!sane) {
       return fail(ErrorCode::kUsage, fmt::format("{}: extent west {} south {} east {} north {}: wanted west < east and south < north",
                                                  info.path.string(), area.west, area.south, area.east, area.north));
     }
+    const geo::GeoTransform own = info.transform;
     info.transform = geo::GeoTransform{.x0 = area.west,
                                        .x_column = (area.east - area.west) / static_cast<double>(info.width),
                                        .x_row = 0.0,
                                        .y0 = area.north,
                                        .y_column = 0.0,
                                        .y_row = -(area.north - area.south) / static_cast<double>(info.height)};
+    if (!info.place_problem.empty() || (info.has_transform && !is_same_place(own, info.transform, info)))
+      info.unused.push_back({.what = "a place of its own", .instead = "the extent that is given counts"});
     info.has_transform = true;
   } else if (!info.has_transform) {
     VT_ASSIGN(const auto transform, read_world_file(info.path));

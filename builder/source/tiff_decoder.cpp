@@ -8,6 +8,7 @@
 #include <cstring>
 #include <limits>
 
+#include "builder/source/compression_bounds.h"
 #include "builder/source/source_common.h"
 
 namespace vt::source {
@@ -149,6 +150,19 @@ Result<TiffDecoder::BlockPlace> TiffDecoder::block_place(TiffHandle& handle, std
                                place.bytes, place.offset, file_->size()));
   }
   return place;
+}
+
+Result<void> TiffDecoder::check_claim(const BlockPlace& place, std::int64_t block_x, std::int64_t block_y) const {
+  if (place.is_sparse() || rows_are_seekable_) return {};  // rows that are read from their place are looked for there
+  const std::int64_t rows = layout_.rows_in_block(block_y);
+  // What libtiff turns into four bytes a place may be stored as three inks or as little as a byte and a half.
+  const std::int64_t row_bytes = layout_.recipe == SampleRecipe::kLibtiffRgba ? layout_.block_width : stored_row_bytes_;
+  const std::uint64_t least = least_stored_bytes(layout_.compression, row_bytes, rows);
+  if (place.bytes >= least) return {};
+  return damaged(block_x, block_y * layout_.block_height,
+                 fmt::format("{} rows of {} bytes are claimed to be in {} bytes, but as {} they take at least {}; the file is damaged or "
+                             "incomplete",
+                             rows, row_bytes, place.bytes, compression_name(layout_.compression), least));
 }
 
 void TiffDecoder::expect_below(TiffHandle& handle, std::int64_t block_x, std::int64_t block_y, int plane) const {
@@ -324,6 +338,7 @@ Result<Block> TiffDecoder::stored_cell(std::int64_t cell_x, std::int64_t cell_y,
   const bool by_scanline = grid_.is_sequential && grid_.cells_per_block() > 1;
   VT_ASSIGN(auto handle, handles_.borrow(by_scanline ? first : -1, plane));
   VT_ASSIGN(const BlockPlace place, block_place(*handle, cell_x, block_y, plane));
+  VT_CHECK(check_claim(place, cell_x, block_y));
   // Rows of a tile that stick out of the raster are not asked for: some writers leave them out.
   Block stored(static_cast<std::size_t>(rows * stored_row_bytes_));
   if (place.is_sparse()) {

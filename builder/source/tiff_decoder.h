@@ -66,6 +66,8 @@ class TiffDecoder final : public CellDecoder {
     [[nodiscard]] bool is_sparse() const { return bytes == 0; }  // never written: all nodata, or 0
   };
   [[nodiscard]] Result<BlockPlace> block_place(TiffHandle& handle, std::int64_t block_x, std::int64_t block_y, int plane) const;
+  // kCorrupt: the block's rows cannot be in so few bytes.
+  [[nodiscard]] Result<void> check_claim(const BlockPlace& place, std::int64_t block_x, std::int64_t block_y) const;
   // Blocks are read from north to south: while one is worked on, the disk can bring the one below it.
   void expect_below(TiffHandle& handle, std::int64_t block_x, std::int64_t block_y, int plane) const;
   [[nodiscard]] std::uint32_t block_index(std::int64_t block_x, std::int64_t block_y, int plane) const;

@@ -9,6 +9,7 @@
 #include <limits>
 #include <string_view>
 
+#include "builder/source/color_remarks.h"
 #include "builder/source/geo_tags.h"
 
 namespace vt::source {
@@ -251,54 +252,12 @@ void settle_meaning(const DeclaredMetadata& declared, const NodataCodes& nodata,
 }
 
 // Tags that change what colours or places mean and that are not used.
-void note_unused(const TiffTags& tags, TiffLayout& layout) {
-  struct Row {
-    std::uint16_t tag;
-    const char* what;
-    Concern concern;
-  };
-  constexpr std::array kRows = std::to_array<Row>({
-      {TIFFTAG_TRANSFERFUNCTION, "a transfer function (tag 301)", Concern::kColor},
-      {TIFFTAG_WHITEPOINT, "a white point (tag 318)", Concern::kColor},
-      {TIFFTAG_PRIMARYCHROMATICITIES, "primaries (tag 319)", Concern::kColor},
-      {TIFFTAG_ICCPROFILE, "an ICC profile (tag 34675)", Concern::kColor},
-      {kRpcCoefficients, "rational polynomials of a camera (tag 50844)", Concern::kAll},
-  });
+Result<void> note_unused(const TiffTags& tags, TiffLayout& layout) {
   if (tags.has(TIFFTAG_COLORMAP) && layout.meaning.front().role != BandRole::kIndex && layout.palette.empty())
     layout.unused.push_back(
         {.what = "a colour map (tag 320), although it is not declared to be a palette picture", .concern = Concern::kColor});
-  for (const Row& row : kRows)
-    if (tags.has(row.tag)) layout.unused.push_back({.what = row.what, .concern = row.concern});
-}
-
-Result<std::optional<geo::GeoTransform>> transform_from_tags(const TiffTags& tags, bool pixel_is_point, TiffPlace& place) {
-  std::optional<geo::GeoTransform> transform;
-  VT_ASSIGN(const std::vector<double> scale, tags.numbers(kModelPixelScale));
-  VT_ASSIGN(const std::vector<double> tie, tags.numbers(kModelTiepoint));
-  VT_ASSIGN(const std::vector<double> matrix, tags.numbers(kModelTransformation));
-  if (place.keys.vertical && scale.size() >= 3 && scale[2] != 0.0 && tie.size() >= 6) {
-    const double offset = tie[5] - tie[2] * scale[2];
-    if (scale[2] != 1.0) place.height_scale = scale[2];
-    if (offset != 0.0) place.height_offset = offset;
-  }
-  if (scale.size() >= 2 && scale[0] != 0.0 && scale[1] != 0.0 && tie.size() >= 6) {
-    // Rows run south by definition; a negative scale is taken for a writer's slip, as GDAL does.
-    const double x_step = scale[0];
-    const double y_step = -std::abs(scale[1]);
-    transform = geo::GeoTransform{
-        .x0 = tie[3] - tie[0] * x_step, .x_column = x_step, .x_row = 0.0, .y0 = tie[4] - tie[1] * y_step, .y_column = 0.0, .y_row = y_step};
-  } else if (matrix.size() >= 8) {
-    transform = geo::GeoTransform{
-        .x0 = matrix[3], .x_column = matrix[0], .x_row = matrix[1], .y0 = matrix[7], .y_column = matrix[4], .y_row = matrix[5]};
-  }
-  if (!transform) return transform;
-  const bool finite = std::isfinite(transform->x0) && std::isfinite(transform->y0);
-  if (!finite || !transform->inverse()) return std::optional<geo::GeoTransform>{};
-  if (pixel_is_point) {  // the tags name the centre of the first sample; we want its outer corner
-    transform->x0 -= 0.5 * (transform->x_column + transform->x_row);
-    transform->y0 -= 0.5 * (transform->y_column + transform->y_row);
-  }
-  return transform;
+  if (tags.has(kRpcCoefficients)) layout.unused.push_back({.what = "rational polynomials of a camera (tag 50844)"});
+  return note_tiff_colors(tags, layout.unused);
 }
 
 // GDAL's notes of the bands.
@@ -405,10 +364,19 @@ Result<TiffLayout> read_tiff_layout(const TiffHandle& handle, const TiffTags& ta
                                    layout.compression, compression_name(layout.compression)));
   }
   if (orientation != ORIENTATION_TOPLEFT) {
-    return unsupported(
-        name, fmt::format("Orientation (tag 274) is {}: only rows from the top and columns from the left (1) are read", orientation));
+    return unsupported(name,
+                       fmt::format("Orientation (tag 274) is {}: only rows from the top and columns from the left (1) are read; turn the "
+                                   "raster and its place, or, where the tag is wrong, set it right: tiffset -s 274 1 in.tif",
+                                   orientation));
   }
   if (samples == 0 || samples > kMaxBands) return unsupported(name, fmt::format("SamplesPerPixel (tag 277) is {}", samples));
+  const bool is_bilevel = layout.compression == COMPRESSION_CCITTRLE || layout.compression == COMPRESSION_CCITTFAX3 ||
+                          layout.compression == COMPRESSION_CCITTFAX4;
+  if (is_bilevel && (bits != 1 || samples != 1))
+    return fail(ErrorCode::kInvalidData,
+                fmt::format("{}: Compression (tag 259) is {}, {}, which holds one sample of one bit; the file claims {} "
+                            "samples of {} bits and is damaged",
+                            name, layout.compression, compression_name(layout.compression), samples, bits));
   if (layout.compression == COMPRESSION_JPEG && bits != 8) return unsupported(name, fmt::format("JPEG with {} bits a sample", bits));
   VT_ASSIGN(const SampleKind kind, sample_kind(name, format, bits));
   layout.recipe = kind.recipe;
@@ -422,7 +390,7 @@ Result<TiffLayout> read_tiff_layout(const TiffHandle& handle, const TiffTags& ta
   read_alpha(tiff, declared, layout);
   VT_CHECK(read_color(tiff, name, options.as_numbers, nodata, layout));
   settle_meaning(declared, nodata, layout);
-  note_unused(tags, layout);
+  VT_CHECK(note_unused(tags, layout));
   VT_CHECK(read_blocks(tiff, name, layout));
   if (layout.alpha_is_associated && layout.planar_separate) {
     return unsupported(name, "associated alpha (ExtraSamples 1) in separate planes; rewrite the file with bands interleaved");
@@ -467,19 +435,6 @@ Result<store::ContentHash> decode_fingerprint(const TiffTags& tags) {
   content.add(order);
   for (const std::uint16_t tag : kTags) VT_CHECK(tags.feed(tag, content));
   return content.digest();
-}
-
-Result<TiffPlace> read_tiff_place(const TiffTags& tags) {
-  geo::GeoKeyTags keys;
-  VT_ASSIGN(const std::vector<double> directory, tags.numbers(kGeoKeyDirectory));
-  for (const double value : directory)
-    keys.directory.push_back(value >= 0.0 && value <= 65535.0 ? static_cast<std::uint16_t>(value) : std::uint16_t{0});
-  VT_ASSIGN(keys.doubles, tags.numbers(kGeoDoubleParams));
-  VT_ASSIGN(keys.ascii, tags.text(kGeoAsciiParams));
-  TiffPlace place;
-  place.keys = geo::crs_from_geo_keys(keys);
-  VT_ASSIGN(place.transform, transform_from_tags(tags, place.keys.pixel_is_point, place));
-  return place;
 }
 
 }  // namespace vt::source

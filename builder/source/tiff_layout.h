@@ -1,4 +1,4 @@
-// What one TIFF directory says about its samples and its place on the Earth, checked. No pixel is touched here.
+// What one TIFF directory says about its samples, checked. No pixel is touched here; the place on the Earth is in tiff_place.h.
 #pragma once
 
 #include <cstdint>
@@ -6,8 +6,6 @@
 #include <string>
 #include <vector>
 
-#include "builder/geo/geo_keys.h"
-#include "builder/geo/geo_transform.h"
 #include "builder/source/band_meaning.h"
 #include "builder/source/gdal_metadata.h"
 #include "builder/source/raster_source.h"
@@ -60,14 +58,6 @@ struct TiffLayout {
   [[nodiscard]] int bands_per_plane() const { return planar_separate ? 1 : bands; }
 };
 
-struct TiffPlace {
-  std::optional<geo::GeoTransform> transform;
-  geo::GeoKeyMeaning keys;
-  // Of the values where they are heights: value = offset + scale * sample, from the third numbers of pixel scale and tie point.
-  std::optional<double> height_scale;
-  std::optional<double> height_offset;
-};
-
 // A short name for reports, "compression 65000" for what we have never heard of.
 [[nodiscard]] std::string compression_name(std::uint16_t compression);
 
@@ -78,6 +68,5 @@ struct TiffPlace {
 // Of everything in the directory that the meaning of the stored bytes depends on: sizes, sample format, compression and its tables,
 // colours. kIo.
 [[nodiscard]] Result<store::ContentHash> decode_fingerprint(const TiffTags& tags);
-[[nodiscard]] Result<TiffPlace> read_tiff_place(const TiffTags& tags);
 
 }  // namespace vt::source

@@ -73,15 +73,66 @@ TEST(GeoKeys, NoKeysAreNoProblemAndNoCrs) {
   EXPECT_TRUE(meaning.problem.empty());
 }
 
-TEST(GeoKeys, WhatIsNotReadIsNamedWithItsRemedy) {
-  GeoKeyTags tags;
-  tags.directory = {1, 1, 0, 2, 1024, 0, 1, 1, 3072, 0, 1, 2056};
-  const GeoKeyMeaning swiss = crs_from_geo_keys(tags);
-  EXPECT_FALSE(swiss.crs.has_value());
-  EXPECT_NE(swiss.problem.find("EPSG:2056"), std::string::npos);
-  EXPECT_NE(swiss.problem.find("--crs EPSG:nnnn"), std::string::npos);
-  tags.directory = {1, 1, 0, 3, 1024, 0, 1, 2, 2048, 0, 1, 4326, 2051, 0, 1, 8903};
-  EXPECT_NE(crs_from_geo_keys(tags).problem.find("Greenwich"), std::string::npos);
+// Numbers as files have them, and what messages say about them.
+TEST(GeoKeys, WhatIsNotReadIsNamedByCodeNameAndMethod) {
+  struct Case {
+    std::vector<std::uint16_t> directory;
+    std::string ascii;
+    std::string declared;
+    std::string problem;
+  };
+  const Case cases[] = {
+      {{1, 1, 0, 2, 1024, 0, 1, 1, 3072, 0, 1, 2056}, "", "EPSG:2056", "EPSG:2056"},
+      {{1, 1, 0, 3, 1024, 0, 1, 1, 1026, 34737, 27, 0, 3072, 0, 1, 26746},
+       "NAD27 / California zone VI|",
+       "EPSG:26746 \"NAD27 / California zone VI\"",
+       "EPSG:26746"},
+      {{1, 1, 0, 3, 1024, 0, 1, 2, 2048, 0, 1, 4326, 2051, 0, 1, 8903}, "", "EPSG:4326", "Greenwich"},
+      {{1, 1, 0, 5, 1024, 0, 1, 1, 2048, 0, 1, 4267, 3072, 0, 1, 32767, 3074, 0, 1, 32767, 3075, 0, 1, 8},
+       "",
+       "a projected CRS of its own, method 8 (Lambert conformal conic with two parallels)",
+       "method 8 (Lambert conformal conic with two parallels)"},
+      {{1, 1, 0, 3, 1024, 0, 1, 1, 3073, 34737, 39, 0, 3075, 0, 1, 77},
+       "ESRI PE String = PROJCS[\"Somewhere\",G|",
+       "a projected CRS of its own \"Somewhere\", method 77",
+       "method 77"},
+      {{1, 1, 0, 2, 1024, 0, 1, 32767, 1026, 34737, 10, 0}, "site grid|", "a CRS of its own \"site grid\"", "model type 32767"},
+      {{1, 1, 0, 1, 1024, 0, 1, 3}, "", "a geocentric CRS", "geocentric"},
+      {{1, 1, 0, 2, 1024, 0, 1, 3, 2048, 0, 1, 4978}, "", "EPSG:4978", "geocentric"},
+  };
+  for (const Case& c : cases) {
+    SCOPED_TRACE(c.declared);
+    GeoKeyTags tags;
+    tags.directory = c.directory;
+    tags.ascii = c.ascii;
+    const GeoKeyMeaning meaning = crs_from_geo_keys(tags);
+    EXPECT_FALSE(meaning.crs.has_value());
+    EXPECT_EQ(meaning.declared, c.declared);
+    EXPECT_NE(meaning.problem.find(c.problem), std::string::npos) << meaning.problem;
+    EXPECT_EQ(meaning.problem.empty(), c.declared.empty()) << meaning.problem;
+    EXPECT_EQ(meaning.problem.find("--"), std::string::npos) << "advice is the caller's: it knows the file";
+  }
+}
+
+// Keys that say how samples lie, or only what kind of coordinates there are, leave it to the user to name the CRS.
+TEST(GeoKeys, KeysThatNameNoCrsDeclareNone) {
+  const std::vector<std::uint16_t> directories[] = {
+      {1, 1, 0, 0},
+      {1, 1, 0, 1, 1025, 0, 1, 2},
+      {1, 1, 0, 2, 1025, 0, 1, 1, 1026, 34737, 12, 0},
+      {1, 1, 0, 2, 1024, 0, 1, 1, 1025, 0, 1, 1},
+      {1, 1, 0, 2, 1024, 0, 1, 32767, 1025, 0, 1, 1},
+      {1, 1, 0, 3, 1024, 0, 1, 1, 2048, 0, 1, 32767, 3072, 0, 1, 32767},
+  };
+  for (const auto& directory : directories) {
+    GeoKeyTags tags;
+    tags.directory = directory;
+    tags.ascii = "made by us||";
+    const GeoKeyMeaning meaning = crs_from_geo_keys(tags);
+    EXPECT_FALSE(meaning.crs.has_value());
+    EXPECT_EQ(meaning.declared, "");
+    EXPECT_EQ(meaning.problem, "");
+  }
 }
 
 TEST(GeoKeys, DamagedDirectoriesNeitherCrashNorLie) {

@@ -44,6 +44,12 @@ class RawTiff {
     shorts(339, std::vector<std::uint16_t>(page.samples, page.sample_format));
     return *this;
   }
+  // One page of 8-bit grey samples that are all 64.
+  [[nodiscard]] static RawTiff grey(std::uint32_t width, std::uint32_t height) {
+    RawTiff tiff;
+    tiff.page({.width = width, .height = height, .pixels = std::string(std::size_t{width} * height, '\x40')});
+    return tiff;
+  }
   RawTiff& shorts(std::uint16_t tag, std::vector<std::uint16_t> values) { return put(tag, 3, values); }
   RawTiff& longs(std::uint16_t tag, std::vector<std::uint32_t> values) { return put(tag, 4, values); }
   RawTiff& doubles(std::uint16_t tag, std::vector<double> values) { return put(tag, 12, values); }
@@ -53,6 +59,13 @@ class RawTiff {
     pages_.back().entries.push_back({tag, 2, static_cast<std::uint32_t>(bytes.size()), bytes});
     return *this;
   }
+
+  // Of one of the types whose values are bytes.
+  RawTiff& bytes(std::uint16_t tag, std::uint16_t type, const std::string& bytes) {
+    return put(tag, type, std::vector<char>(bytes.begin(), bytes.end()));
+  }
+  // A projected CRS by its code.
+  RawTiff& crs(std::uint16_t epsg) { return shorts(34735, {1, 1, 0, 2, 1024, 0, 1, 1, 3072, 0, 1, epsg}); }
 
   // UTM zone 33 north, the upper left corner at (500000, 5000000), `step` metres a sample.
   RawTiff& utm33(double step = 10.0) {
