@@ -47,6 +47,22 @@ std::vector<int> first_bands(const RasterInfo& info, const std::vector<int>& can
   return {candidates.begin(), candidates.begin() + static_cast<std::ptrdiff_t>(count)};
 }
 
+bool is_of_one_value(ChannelType channel) {
+  switch (channel) {
+    case ChannelType::kElevation:
+    case ChannelType::kMaterial:
+    case ChannelType::kSensor:
+    case ChannelType::kMask:
+      return true;
+    case ChannelType::kColor:
+    case ChannelType::kNormal:
+    case ChannelType::kHorizon:
+    case ChannelType::kIllumination:
+      return false;
+  }
+  return false;
+}
+
 struct Bands {
   std::vector<int> values;
   int coverage = kNoBand;
@@ -84,6 +100,11 @@ Result<Bands> choose_bands(const LayerRequest& request, const OpenSource& source
   }
   if (!is_chosen) {
     VT_ASSIGN(const int wanted, channels::bands_wanted(request.channel, request.options, static_cast<int>(candidates.size())));
+    // Several bands of equal right, as the three of a picture, are no height, class or radiance: one of them has to be chosen.
+    if (is_of_one_value(request.channel) && static_cast<int>(candidates.size()) > wanted)
+      return fail(ErrorCode::kInvalidData, source.request.path.string() + ": has " + std::to_string(candidates.size()) +
+                                               " bands of values, and " + std::string(channel_info(request.channel).name) +
+                                               " takes one; say which with --bands, for example --bands 1");
     bands.values = first_bands(info, candidates, wanted);
   }
   std::erase(bands.values, bands.coverage);  // a coverage band that was named among the others is not taken twice
