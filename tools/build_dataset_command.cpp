@@ -3,6 +3,7 @@
 #include <memory>
 
 #include "builder/pipeline/dataset_store.h"
+#include "builder/pipeline/globe_turns.h"
 #include "builder/pipeline/scene_file.h"
 #include "tools/build_common.h"
 #include "tools/build_recipe.h"
@@ -24,13 +25,22 @@ Result<int> run(const DatasetFlags& flags) {
     return fail(ErrorCode::kUsage,
                 flags.output + " is in " + frame->crs.text() + ", the scene in " + scene.crs->text() + "; choose another store");
 
+  // Layers lie in the turn of the scene's area, or of those before them.
+  std::optional<Area> area = scene.area;
+  if (scene.area && (frame || scene.crs)) {
+    VT_ASSIGN(area, pipeline::normalised(*scene.area, frame ? frame->crs : *scene.crs));
+  }
+  if (!frame && scene.crs) frame = pipeline::DatasetFrame{*scene.crs, std::nullopt, area};
   // Without a declared one, the first layer decides the coordinate reference system of all.
   std::vector<pipeline::LayerPlan> plans;
-  std::optional<Area> area = scene.area;
   for (const pipeline::LayerRequest& request : scene.layers) {
     VT_ASSIGN(pipeline::LayerPlan plan, pipeline::plan_layer(request, frame, flags.build.plan_options(memory, flags.output)));
     if (!frame) frame = pipeline::DatasetFrame{plan.crs, std::nullopt};
+    if (scene.area && !scene.crs && plans.empty()) {
+      VT_ASSIGN(area, pipeline::normalised(*scene.area, plan.crs));
+    }
     if (!scene.area) area = area ? pipeline::united(*area, plan.extent()) : plan.extent();
+    if (!frame->area) frame->planned = area;
     plans.push_back(std::move(plan));
   }
   return build_layers(flags.output, std::move(plans), *area, flags.build);

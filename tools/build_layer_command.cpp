@@ -67,7 +67,8 @@ Result<std::optional<Area>> area_from(const std::string& text, const std::string
   if (text.empty()) return std::optional<Area>{};
   std::array<double, 4> e{};
   VT_CHECK(cli::parse_numbers(text, option, "WEST,SOUTH,EAST,NORTH, four numbers", e));
-  if (!(e[0] < e[2]) || !(e[1] < e[3]))
+  // Where a CRS has turns, west > east means across the antimeridian: that is looked at when the CRS is known.
+  if (e[0] == e[2] || !(e[1] < e[3]))
     return fail(ErrorCode::kUsage, option + " is WEST,SOUTH,EAST,NORTH with west < east and south < north, found " + text);
   return std::optional(Area{e[0], e[1], e[2], e[3]});
 }
@@ -192,10 +193,10 @@ Result<int> run(const LayerFlags& flags) {
 CLI::App* add_command(CLI::App& app, const std::shared_ptr<LayerFlags>& flags) {
   CLI::App* command = app.add_subcommand("layer", "build one layer from georeferenced rasters, into a new store or one that exists");
   command
-      ->add_option(
-          "INPUT", flags->inputs,
-          "GeoTIFF, or PNG, JPEG, EXR, ... with --extent; a folder means the rasters in it, sorted by name, and @FILE those that a "
-          "text file lists, one a line; later ones lie over earlier ones")
+      ->add_option("INPUT", flags->inputs,
+                   "GeoTIFF, or a picture (PNG, JPEG, JPEG 2000, OpenEXR, Radiance HDR, PNM) with --extent; a folder means the rasters in "
+                   "it, sorted by name, and @FILE those that a "
+                   "text file lists, one a line; later ones lie over earlier ones")
       ->required();
   command->add_option("-o,--output", flags->output, "the store, suffix .vts")->required();
   command->add_option("--channel", flags->channel, "what the values mean: " + names_of(all_channels()))->required();
@@ -208,10 +209,14 @@ CLI::App* add_command(CLI::App& app, const std::shared_ptr<LayerFlags>& flags) {
   command->add_option("--compression", flags->compression, "none or zstd:N, N from 1 to 19")->capture_default_str();
   command->add_option("--tile", flags->tile, "texels along an edge of a tile, a power of two from 4 to 4096")->capture_default_str();
   command->add_option("--gsd", flags->gsd, "metres on the ground per texel of the finest level (default: the first input's own grid)");
-  command->add_option("--crs", flags->crs,
-                      "coordinate reference system of the dataset, for example EPSG:32633, or pixel (default: the first input's)");
-  command->add_option("--source-crs", flags->source_crs, "what the inputs are in, whatever the files say");
-  command->add_option("--extent", flags->extent, "WEST,SOUTH,EAST,NORTH: outer edges of inputs that do not carry them");
+  command->add_option(
+      "--crs", flags->crs,
+      "coordinate reference system of the dataset, for example EPSG:32633, or pixel (default: the first input's); also that "
+      "of inputs that declare none");
+  command->add_option("--source-crs", flags->source_crs, "what the inputs are in, whatever the files declare");
+  command->add_option("--extent", flags->extent,
+                      "WEST,SOUTH,EAST,NORTH: outer edges of inputs that do not carry them; here and in --area west > east lies across the "
+                      "antimeridian");
   command->add_option("--area", flags->area,
                       "WEST,SOUTH,EAST,NORTH of the layer in units of its system, widened to whole texels (default: all that the inputs "
                       "cover); inputs may come later, with --update");

@@ -1,25 +1,49 @@
 #include "builder/pipeline/input_list.h"
 
 #include <algorithm>
+#include <array>
 #include <cctype>
-#include <cerrno>
-#include <cstring>
-#include <fstream>
+#include <sstream>
 #include <string>
 #include <string_view>
 #include <system_error>
+
+#include "builder/source/file_bytes.h"
+#include "builder/source/raster_format.h"
+#include "builder/text/text_file.h"
 
 namespace vt::pipeline {
 namespace {
 
 // World files, pyramids and other companions lie beside rasters: in a folder only these are meant.
-constexpr std::string_view kRasterSuffixes[] = {".tif", ".tiff", ".gtiff", ".png",  ".jpg", ".jpeg", ".jp2", ".exr",
-                                                ".hdr", ".bmp",  ".tga",   ".webp", ".ppm", ".pgm",  ".pnm"};
+constexpr std::string_view kRasterSuffixes[] = {".tif", ".tiff", ".gtiff", ".png", ".jpg", ".jpeg", ".jp2",
+                                                ".j2k", ".exr",  ".ppm",   ".pgm", ".pbm", ".pnm"};
+// Formats that are not read. Left out without a word, they would be holes in a mosaic: they are taken along where their content is what
+// their name says, and refused by name when they are opened. Raster catalogues (.vrt) and databases are no tiles of a mosaic.
+constexpr std::string_view kForeignSuffixes[] = {".hgt", ".dt0", ".dt1", ".dt2", ".asc", ".img", ".ntf", ".nitf", ".sid",  ".ecw",
+                                                 ".bil", ".bip", ".bsq", ".flt", ".dem", ".nc",  ".grb", ".grb2", ".grib", ".grib2",
+                                                 ".bt",  ".ter", ".pix", ".hdf", ".h5",  ".bmp", ".tga", ".webp"};
 
-bool is_raster_name(const std::filesystem::path& path) {
+constexpr std::size_t kMostListBytes = std::size_t{64} << 20;  // longer than any list of files that a machine can open
+
+template <class List>
+bool has_suffix_of(const List& list, const std::filesystem::path& path) {
   std::string suffix = path.extension().string();
   std::ranges::transform(suffix, suffix.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return std::ranges::find(kRasterSuffixes, suffix) != std::end(kRasterSuffixes);
+  return std::ranges::find(list, suffix) != std::end(list);
+}
+
+// Whether a file of a folder is meant: a raster, or one that should be one.
+bool is_raster(const std::filesystem::path& path) {
+  if (has_suffix_of(kRasterSuffixes, path)) return true;
+  // A Radiance picture, or the header beside a raw raster.
+  const bool may_be_radiance = has_suffix_of(std::array{std::string_view(".hdr")}, path);
+  if (!may_be_radiance && !has_suffix_of(kForeignSuffixes, path)) return false;
+  const auto file = source::FileBytes::open(path);
+  if (!file) return true;  // opening it again will tell why
+  if (may_be_radiance) return source::identify(**file).has_value();
+  const auto name = source::foreign_name(**file);
+  return !name || !name->empty();
 }
 
 Result<std::vector<std::filesystem::path>> rasters_in(const std::filesystem::path& folder) {
@@ -27,7 +51,7 @@ Result<std::vector<std::filesystem::path>> rasters_in(const std::filesystem::pat
   std::error_code error;
   std::filesystem::directory_iterator entry(folder, error);
   for (const std::filesystem::directory_iterator end; !error && entry != end; entry.increment(error))
-    if (is_raster_name(entry->path()) && !entry->is_directory(error)) files.push_back(entry->path());
+    if (!entry->is_directory(error) && is_raster(entry->path())) files.push_back(entry->path());
   if (error) return fail(ErrorCode::kIo, folder.string() + ": the folder cannot be read: " + error.message());
   if (files.empty())
     return fail(ErrorCode::kInvalidData,
@@ -44,8 +68,9 @@ Result<std::vector<std::filesystem::path>> plain_or_folder(const std::filesystem
 }
 
 Result<std::vector<std::filesystem::path>> files_of_list(const std::filesystem::path& list) {
-  std::ifstream file(list);
-  if (!file) return fail(ErrorCode::kIo, list.string() + ": the list of inputs cannot be opened: " + std::strerror(errno));
+  auto text = text::read_text_file(list, kMostListBytes);
+  if (!text) return fail(text.error().code, text.error().message + "; @ means a list of inputs");
+  std::istringstream file(*std::move(text));
   std::vector<std::filesystem::path> files;
   std::string line;
   while (std::getline(file, line)) {
@@ -54,7 +79,6 @@ Result<std::vector<std::filesystem::path>> files_of_list(const std::filesystem::
     VT_ASSIGN(const std::vector<std::filesystem::path> more, plain_or_folder(list.parent_path() / line));
     files.insert(files.end(), more.begin(), more.end());
   }
-  if (file.bad()) return fail(ErrorCode::kIo, list.string() + ": the list of inputs cannot be read");
   if (files.empty()) return fail(ErrorCode::kInvalidData, list.string() + ": the list names no inputs; write one file or folder a line");
   return files;
 }

@@ -10,12 +10,6 @@ namespace {
 
 using source::RasterInfo;
 
-Result<Point2> convert(const geo::Crs& to, const geo::Crs& from, Point2 p) {
-  if (to.same_coordinates(from)) return p;
-  VT_ASSIGN(const Point2 lonlat, from.lonlat_from_crs(p));
-  return to.crs_from_lonlat(lonlat);
-}
-
 // Texel size in the layer's CRS that keeps the source's own resolution at its centre.
 Result<Point2> native_step(const geo::Crs& crs, const OpenSource& source) {
   const RasterInfo& info = source.raster->info();
@@ -44,21 +38,40 @@ Result<Point2> step_of_gsd(const geo::Crs& crs, double gsd_m, const Bounds& boun
   return Point2{gsd_m / metres.x, gsd_m / metres.y};
 }
 
-// The circle of longitudes in CRS units along x; nullopt where x does not come around.
-std::optional<double> period_in_x(const geo::CrsDefinition& crs) {
-  switch (crs.projection) {
-    case geo::Projection::kGeographic:
-      return 360.0;
-    case geo::Projection::kWebMercator:
-      return 2.0 * std::numbers::pi * crs.ellipsoid.semi_major_m / crs.metres_per_unit;
-    case geo::Projection::kPixel:
-    case geo::Projection::kTransverseMercator:
-      return std::nullopt;
+// Transverse Mercator has answers for the far side of the Earth, too, but edges that reach there do not enclose what lies between them.
+bool is_on_near_side(const geo::Crs& crs, const Bounds& longitudes) {
+  const geo::CrsDefinition& d = crs.definition();
+  if (d.projection != geo::Projection::kTransverseMercator) return true;
+  const double turns = std::round(((longitudes.west + longitudes.east) / 2 - d.central_meridian_deg) / 360.0);
+  return longitudes.west - 360.0 * turns > d.central_meridian_deg - 90.0 && longitudes.east - 360.0 * turns < d.central_meridian_deg + 90.0;
+}
+
+// Adds what the edges of a raster around a pole do not show: all longitudes, and the pole itself.
+void add_poles(const geo::Crs& crs, const OpenSource& source, Bounds& bounds) {
+  const geo::Projection projection = source.crs.definition().projection;
+  const auto raster_from_crs = source.transform.inverse();
+  if (!crs.turn() || projection != geo::Projection::kTransverseMercator || !raster_from_crs) return;
+  const RasterInfo& info = source.raster->info();
+  const double meridian_deg = source.crs.definition().central_meridian_deg;
+  for (const double latitude_deg : {-90.0, 90.0}) {
+    const auto pole = source.crs.crs_from_lonlat({meridian_deg, latitude_deg});
+    if (!pole) continue;
+    const Point2 place = raster_from_crs->apply(*pole);
+    const bool is_inside =
+        place.x >= 0.0 && place.y >= 0.0 && place.x <= static_cast<double>(info.width) && place.y <= static_cast<double>(info.height);
+    if (!is_inside) continue;
+    for (const double longitude_deg : {meridian_deg - 180.0, meridian_deg + 180.0})
+      if (const auto corner = crs.crs_from_lonlat({longitude_deg, latitude_deg})) bounds.add(*corner);
   }
-  return std::nullopt;
 }
 
 }  // namespace
+
+Result<Point2> convert(const geo::Crs& to, const geo::Crs& from, Point2 p) {
+  if (to.same_coordinates(from)) return p;
+  VT_ASSIGN(const Point2 lonlat, from.unwrapped_lonlat_from_crs(p));
+  return to.crs_from_lonlat(lonlat);
+}
 
 void Bounds::add(Point2 p) {
   west = std::min(west, p.x);
@@ -81,6 +94,7 @@ Result<Bounds> bounds_in(const geo::Crs& crs, const OpenSource& source) {
   const auto width = static_cast<double>(info.width);
   const auto height = static_cast<double>(info.height);
   Bounds bounds;
+  Bounds longitudes;  // and latitudes, where they matter
   for (int i = 0; i <= steps; ++i) {
     const double f = static_cast<double>(i) / steps;
     for (const Point2 corner : {Point2{f * width, 0.0}, Point2{f * width, height}, Point2{0.0, f * height}, Point2{width, f * height}}) {
@@ -89,12 +103,19 @@ Result<Bounds> bounds_in(const geo::Crs& crs, const OpenSource& source) {
         return fail(ErrorCode::kInvalidData,
                     source.request.path.string() + ": cannot be placed in " + crs.text() + ": " + p.error().message);
       bounds.add(*p);
+      if (const auto lonlat = source.crs.unwrapped_lonlat_from_crs(transform.crs_from_raster(corner))) longitudes.add(*lonlat);
     }
   }
+  if (!crs.same_coordinates(source.crs) && !is_on_near_side(crs, longitudes))
+    return fail(ErrorCode::kInvalidData, source.request.path.string() + ": cannot be placed in " + crs.text() +
+                                             ": it reaches to the far side of the Earth, more than 90 degrees from its central meridian; " +
+                                             "--area says which part of it is wanted");
+  add_poles(crs, source, bounds);
   return bounds;
 }
 
-Result<GridPlacement> choose_grid(const LayerRequest& request, const geo::Crs& crs, const OpenSource* first, const Bounds& bounds) {
+Result<GridPlacement> choose_grid(const LayerRequest& request, const geo::Crs& crs, const OpenSource* first, double first_moved_x,
+                                  const Bounds& bounds) {
   GridPlacement grid;
   std::optional<Point2> step;
   if (request.gsd_m) {
@@ -102,7 +123,8 @@ Result<GridPlacement> choose_grid(const LayerRequest& request, const geo::Crs& c
   }
   const auto same = [](double a, double b) { return std::abs(a - b) <= 1e-6 * b; };
   if (first != nullptr && first->transform.is_north_up() && crs.same_coordinates(first->crs)) {
-    const geo::GeoTransform& transform = first->transform;
+    geo::GeoTransform transform = first->transform;
+    transform.x0 += first_moved_x;
     if (!step || (same(step->x, transform.x_column) && same(step->y, -transform.y_row))) {
       grid.step_x = transform.x_column;
       grid.step_y = -transform.y_row;
@@ -142,8 +164,7 @@ Result<void> set_size(const Bounds& bounds, LayerInfo& info) {
 
 bool closes_around_globe(const geo::Crs& crs, std::int64_t width, double step_x) {
   constexpr double kTexels = 1e-3;
-  const std::optional<double> period = period_in_x(crs.definition());
-  return period && std::abs(static_cast<double>(width) - *period / step_x) <= kTexels;
+  return crs.turn() && std::abs(static_cast<double>(width) - *crs.turn() / step_x) <= kTexels;
 }
 
 }  // namespace vt::pipeline

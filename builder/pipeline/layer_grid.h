@@ -23,13 +23,17 @@ struct Bounds {
   void add(const Bounds& other);
 };
 
-// Outer bounds of a source in the layer's CRS. kInvalidData: it cannot be placed there.
+// From one CRS to another on the ground; longitudes of `from` do not jump at the antimeridian.
+[[nodiscard]] Result<Point2> convert(const geo::Crs& to, const geo::Crs& from, Point2 p);
+
+// Outer bounds of a source in the layer's CRS. Where that has turns, in the turn that the source itself counts in, and a source across the
+// antimeridian is one piece. kInvalidData: it cannot be placed there.
 [[nodiscard]] Result<Bounds> bounds_in(const geo::Crs& crs, const OpenSource& source);
 
 // The grid: the first source's own where that is possible, so that its samples become texels as they are. Without a source (null) the
-// request has a ground sample distance.
+// request has a ground sample distance. `first_moved_x`: the source lies so far east of where it says.
 [[nodiscard]] Result<GridPlacement> choose_grid(const LayerRequest& request, const geo::Crs& crs, const OpenSource* first,
-                                                const Bounds& bounds);
+                                                double first_moved_x, const Bounds& bounds);
 
 // Sets the data rectangle and the number of levels from the grid and the bounds; needs the tile exponent. kInvalidData when the pyramid
 // would be too large.

@@ -9,24 +9,23 @@
 
 #include "builder/channels/channel_options.h"
 #include "builder/channels/wide_value.h"
+#include "builder/pipeline/error_list.h"
+#include "builder/pipeline/globe_turns.h"
 #include "builder/pipeline/layer_grid.h"
 #include "builder/pipeline/layer_kernel.h"
 #include "builder/pipeline/open_sources.h"
 #include "builder/pipeline/parallel.h"
 #include "builder/pipeline/place_source.h"
 #include "builder/pipeline/plan_remarks.h"
+#include "builder/pipeline/source_facts.h"
 #include "builder/pipeline/stored_light.h"
+#include "builder/pipeline/stray_sources.h"
 #include "builder/pipeline/sure_cover.h"
 #include "store/content_hash.h"
 #include "store/text.h"
 
 namespace vt::pipeline {
 namespace {
-
-std::string area_text(const Area& area) {
-  return "west " + std::to_string(area.west) + " south " + std::to_string(area.south) + " east " + std::to_string(area.east) + " north " +
-         std::to_string(area.north);
-}
 
 channels::ChannelSettings settings_for(const LayerRequest& request, const LayerInfo& info, bool samples_are_wide) {
   return {.channel = request.channel,
@@ -157,7 +156,7 @@ nlohmann::ordered_json edge_rules_of(const LayerPlan& plan) {
   return rules;
 }
 
-nlohmann::ordered_json settings_of(const LayerPlan& plan, const std::vector<OpenSource>& sources) {
+nlohmann::ordered_json settings_of(const LayerPlan& plan, const std::vector<OpenSource>& sources, const std::vector<SourcePlaces>& places) {
   const LayerRequest& request = plan.request;
   nlohmann::ordered_json settings;
   settings["channel"] = channel_info(request.channel).name;
@@ -176,7 +175,7 @@ nlohmann::ordered_json settings_of(const LayerPlan& plan, const std::vector<Open
   if (plan.codec->rules_version() > 1) settings["rules"] = plan.codec->rules_version();
   if (request.range) settings["range"] = *request.range;
   if (plan.resampling != resample::Method::kBilinear) settings["resample"] = resample::method_name(plan.resampling);
-  settings["sources"] = facts_of(sources);
+  settings["sources"] = facts_of(sources, places);
   return settings;
 }
 
@@ -195,9 +194,19 @@ Result<void> check_asked_crs(const LayerRequest& request, const std::optional<Da
               "the store is in " + frame->crs.text() + ", a layer of it cannot be in " + request.crs->text() + "; leave --crs out");
 }
 
-Result<Bounds> bounds_of(const Area& area) {
-  if (!(area.west < area.east) || !(area.south < area.north))
-    return fail(ErrorCode::kUsage, "an area has west < east and south < north, found " + area_text(area));
+// The grid, the size and the place in the store.
+Result<void> lay_out(const LayerRequest& request, const std::optional<DatasetFrame>& frame, const OpenSource* first, double first_moved_x,
+                     const Bounds& bounds, LayerPlan& plan) {
+  VT_ASSIGN(plan.info.grid, choose_grid(request, plan.crs, first, first_moved_x, bounds));
+  VT_CHECK(set_size(bounds, plan.info));
+  plan.is_closed = closes_around_globe(plan.crs, plan.info.data.width, plan.info.grid.step_x);
+  return check_frame(plan, frame);
+}
+
+// The area of the layers that this one has to lie over.
+std::optional<Bounds> store_area(const std::optional<DatasetFrame>& frame) {
+  if (!frame || (!frame->area && !frame->planned)) return std::nullopt;
+  const Area& area = frame->area ? *frame->area : *frame->planned;
   return Bounds{area.west, area.south, area.east, area.north};
 }
 
@@ -210,22 +219,62 @@ TexelRect around(const TexelRect& a, const TexelRect& b) {
   return {x, y, std::max(a.right(), b.right()) - x, std::max(a.bottom(), b.bottom()) - y};
 }
 
-// The grid, the size and the place in the store.
-Result<void> lay_out(const LayerRequest& request, const std::optional<DatasetFrame>& frame, const OpenSource* first, const Bounds& bounds,
-                     LayerPlan& plan) {
-  VT_ASSIGN(plan.info.grid, choose_grid(request, plan.crs, first, bounds));
-  VT_CHECK(set_size(bounds, plan.info));
-  plan.is_closed = closes_around_globe(plan.crs, plan.info.data.width, plan.info.grid.step_x);
-  return check_frame(plan, frame);
+// What the user asks for, in the turn that the store counts in.
+Result<Bounds> asked_bounds(const Area& area, const geo::Crs& crs, const std::optional<DatasetFrame>& frame) {
+  VT_ASSIGN(const Bounds bounds, bounds_of(area, crs));
+  const std::optional<Bounds> store = store_area(frame);
+  if (!store || !crs.turn()) return bounds;
+  const std::vector<int> turns = turns_into(bounds, *store, *crs.turn());
+  return turns.empty() ? bounds : moved_by(bounds, turns.front() * *crs.turn());
+}
+
+// Where the sources of a layer lie, and all of it.
+struct SourceBounds {
+  std::vector<Bounds> own;       // of each source, where it says it lies
+  std::vector<Bounds> together;  // the same, in the turns in which they make one layer
+  Bounds all;
+  double first_moved_x = 0.0;
+};
+Result<SourceBounds> find_bounds(const LayerRequest& request, const std::optional<DatasetFrame>& frame, const geo::Crs& crs,
+                                 const std::vector<OpenSource>& sources, int threads) {
+  SourceBounds found;
+  if (request.area) {
+    VT_ASSIGN(found.all, asked_bounds(*request.area, crs, frame));
+  }
+  found.own.resize(sources.size());
+  ErrorList errors(sources.size());
+  VT_CHECK(for_each_index(sources.size(), threads, [&](std::size_t i) -> Result<void> {
+    auto bounds = bounds_in(crs, sources[i]);
+    // Of a source that reaches where the layer's CRS has no answer, as the whole Earth does for most, the layer's area is what can be seen.
+    if (!bounds && request.area && reaches_into(found.all, crs, sources[i])) bounds = found.all;
+    if (bounds) {
+      found.own[i] = *bounds;
+    } else {
+      errors.set(i, bounds.error());
+    }
+    return {};
+  }));
+  VT_CHECK(errors.result());
+  found.together = found.own;
+  if (request.area) return found;
+  if (!crs.turn()) {
+    for (const Bounds& one : found.own) found.all.add(one);
+    return found;
+  }
+  const Gathering gathering = gathered(found.own, *crs.turn(), store_area(frame));
+  for (std::size_t i = 0; i < sources.size(); ++i) found.together[i] = moved_by(found.own[i], gathering.turns[i] * *crs.turn());
+  found.all = gathering.bounds;
+  found.first_moved_x = gathering.turns.front() * *crs.turn();
+  return found;
 }
 
 Result<void> give_codecs(const channels::ChannelSettings& settings, const std::vector<OpenSource>& sources,
-                         std::vector<resample::PlacedSource>& placed) {
+                         std::vector<SourcePlaces>& places) {
   CodecShelf codecs;
-  for (std::size_t i = 0; i < placed.size(); ++i) {
-    auto codec = codecs.codec_for(settings, placed[i].layout);
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    auto codec = codecs.codec_for(settings, places[i].placed.front().layout);
     if (!codec) return fail(codec.error().code, sources[i].request.path.string() + ": " + codec.error().message);
-    placed[i].codec = std::move(*codec);
+    for (resample::PlacedSource& placed : places[i].placed) placed.codec = *codec;
   }
   return {};
 }
@@ -236,11 +285,13 @@ bool chooses_stored_light(const LayerRequest& request, TexelFormat format) {
 
 // A layer that is there keeps its scale, whatever its sources are now.
 Result<double> stored_light_of(const LayerRequest& request, const std::optional<DatasetFrame>& frame, const LayerInfo* existing,
-                               const std::vector<resample::PlacedSource>& placed) {
+                               const std::vector<SourcePlaces>& places) {
   if (existing != nullptr) return existing->components[0].scale;
   if (frame)
     if (const auto known = frame->stored_light.find(request.name); known != frame->stored_light.end()) return known->second;
-  return choose_stored_light(placed);
+  std::vector<resample::PlacedSource> first_places;
+  for (const SourcePlaces& one : places) first_places.push_back(one.placed.front());
+  return choose_stored_light(first_places);
 }
 
 Result<void> plan_with_sources(const LayerRequest& request, const std::optional<DatasetFrame>& frame, const PlanOptions& options,
@@ -253,61 +304,63 @@ Result<void> plan_with_sources(const LayerRequest& request, const std::optional<
   plan.crs = frame ? frame->crs : request.crs.value_or(sources.front().crs);
   VT_CHECK(check_systems(sources, plan.crs, plan.warnings));
 
-  std::vector<ChosenSamples> samples;
-  samples.reserve(sources.size());
-  for (const OpenSource& source : sources) {
-    VT_ASSIGN(ChosenSamples chosen, choose_samples(request, source));
-    samples.push_back(std::move(chosen));
+  std::vector<ChosenSamples> samples(sources.size());
+  ErrorList choosing(sources.size());
+  for (std::size_t i = 0; i < sources.size(); ++i) {
+    if (auto chosen = choose_samples(request, sources[i])) {
+      samples[i] = *std::move(chosen);
+    } else {
+      choosing.set(i, chosen.error());
+    }
   }
+  VT_CHECK(choosing.result());
   const channels::SampleLayout& first = samples.front().layout;
   VT_ASSIGN(plan.info, describe_layer(request, first));
-  std::vector<Bounds> bounds(sources.size());
-  VT_CHECK(for_each_index(sources.size(), threads, [&](std::size_t i) -> Result<void> {
-    VT_ASSIGN(bounds[i], bounds_in(plan.crs, sources[i]));
-    return {};
-  }));
-  Bounds all;
-  for (const Bounds& one : bounds) all.add(one);
-  if (request.area) {
-    VT_ASSIGN(all, bounds_of(*request.area));
-  }
+  VT_ASSIGN(const SourceBounds bounds, find_bounds(request, frame, plan.crs, sources, threads));
+  const Strays strays = find_strays(plan.crs, sources, bounds.together);
   if (options.existing != nullptr) {
     plan.info.grid = options.existing->grid;
     plan.info.data = options.existing->data;
     plan.info.finest = options.existing->finest;
     plan.info.source_nodata = options.existing->source_nodata;
     plan.is_closed = closes_around_globe(plan.crs, plan.info.data.width, plan.info.grid.step_x);
-  } else {
-    VT_CHECK(lay_out(request, frame, &sources.front(), all, plan));
+  } else if (auto laid_out = lay_out(request, frame, &sources.front(), bounds.first_moved_x, bounds.all, plan); !laid_out) {
+    return fail(laid_out.error().code, laid_out.error().message + strays.as_reason());
   }
+  strays.append_to(plan.warnings);
 
-  std::vector<resample::PlacedSource> placed(sources.size());
+  const LayerGround ground(plan.info, plan.crs);
+  std::vector<SourcePlaces> places(sources.size());
   VT_CHECK(for_each_index(sources.size(), threads, [&](std::size_t i) -> Result<void> {
-    VT_ASSIGN(placed[i], place_source(samples[i], plan.resampling, plan.info, plan.crs, sources[i], bounds[i]));
+    places[i] = place_source(samples[i], plan.resampling, ground, sources[i], bounds.own[i]);
     return {};
   }));
   if (!request.format)
-    plan.info.format = usual_format(request.channel, first.type, !is_surely_covered(plan.info, plan.crs, sources, placed));
-  const bool samples_are_wide = std::ranges::any_of(placed, [](const auto& source) { return channels::is_wide(source.layout.type); });
+    plan.info.format = usual_format(request.channel, first.type, !is_surely_covered(plan.info, plan.crs, sources, places));
+  const bool samples_are_wide = std::ranges::any_of(samples, [](const ChosenSamples& one) { return channels::is_wide(one.layout.type); });
   channels::ChannelSettings settings = settings_for(request, plan.info, samples_are_wide);
-  VT_CHECK(give_codecs(settings, sources, placed));
+  VT_CHECK(give_codecs(settings, sources, places));
   if (chooses_stored_light(request, plan.info.format)) {
-    VT_ASSIGN(settings.stored_light, stored_light_of(request, frame, options.existing, placed));
-    if (settings.stored_light != 1.0) VT_CHECK(give_codecs(settings, sources, placed));
+    VT_ASSIGN(settings.stored_light, stored_light_of(request, frame, options.existing, places));
+    if (settings.stored_light != 1.0) VT_CHECK(give_codecs(settings, sources, places));
   }
-  plan.codec = placed.front().codec;
+  const auto codec_of = [&](std::size_t i) { return places[i].placed.front().codec; };
+  plan.codec = codec_of(0);
   if (!plan.codec->keeps_numbers()) plan.info.source_nodata = std::numeric_limits<double>::quiet_NaN();
-  for (std::size_t i = 1; i < placed.size(); ++i)
-    if (!writes_the_same(*plan.codec, *placed[i].codec))
+  for (std::size_t i = 1; i < places.size(); ++i)
+    if (!writes_the_same(*plan.codec, *codec_of(i)))
       return fail(ErrorCode::kInvalidData,
                   sources[i].request.path.string() + ": its samples make other texels than those of " +
                       sources.front().request.path.string() +
                       " (another number of bands, or codes that would mean something else); they cannot be one layer");
   describe_parts(plan);
-  for (const resample::PlacedSource& source : placed) plan.covered = around(plan.covered, source.covered);
-  plan.source_load = load_of(sources, placed, plan.info, options.source_cache_bytes);
-  remark_on(request, plan.resampling, plan.crs, sources, placed, plan.warnings);
-  plan.settings = settings_of(plan, sources);
+  for (const SourcePlaces& one : places)
+    for (const resample::PlacedSource& source : one.placed) plan.covered = around(plan.covered, source.covered);
+  plan.source_load = load_of(sources, places, plan.info, options.source_cache_bytes);
+  remark_on(request, plan.resampling, plan.crs, sources, places, plan.warnings);
+  plan.settings = settings_of(plan, sources, places);
+  std::vector<resample::PlacedSource> placed;
+  for (SourcePlaces& one : places) std::ranges::move(one.placed, std::back_inserter(placed));
   plan.sampler = std::make_shared<const resample::BaseSampler>(std::move(placed), plan.info.data.width, plan.info.data.height);
   return {};
 }
@@ -327,7 +380,7 @@ Result<void> plan_without_sources(const LayerRequest& request, const std::option
   plan.crs = frame ? frame->crs : *request.crs;
 
   const ExpectedSamples& expected = *request.expected;
-  VT_ASSIGN(const Bounds bounds, bounds_of(*request.area));
+  VT_ASSIGN(const Bounds bounds, asked_bounds(*request.area, plan.crs, frame));
   const channels::SampleLayout layout{.type = expected.type,
                                       .value_bands = expected.bands,
                                       .has_alpha = expected.has_alpha,
@@ -335,7 +388,7 @@ Result<void> plan_without_sources(const LayerRequest& request, const std::option
                                       .range = request.range};
   VT_ASSIGN(plan.info, describe_layer(request, layout));
   if (!request.format) plan.info.format = usual_format(request.channel, expected.type, expected.has_alpha || expected.nodata.has_value());
-  VT_CHECK(lay_out(request, frame, nullptr, bounds, plan));
+  VT_CHECK(lay_out(request, frame, nullptr, 0.0, bounds, plan));
   auto codec = CodecShelf().codec_for(settings_for(request, plan.info, channels::is_wide(layout.type)), layout);
   if (!codec) return fail(codec.error().code, "layer '" + request.name + "': " + codec.error().message);
   plan.codec = std::move(*codec);

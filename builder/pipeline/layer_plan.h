@@ -26,6 +26,8 @@ namespace vt::pipeline {
 struct DatasetFrame {
   geo::Crs crs;
   std::optional<Area> area;
+  // Of layers that are planned for the same new store: those after them lie over them, in the same turn round the globe.
+  std::optional<Area> planned = std::nullopt;
   std::map<std::string, double> stored_light = {};  // of its illumination layers: the light of the number 1
 };
 

@@ -37,8 +37,9 @@ struct CoverageChoice {
 struct SourceRequest {
   std::filesystem::path path;
   std::optional<geo::Crs> crs;           // whatever the file says
-  std::optional<geo::Crs> fallback_crs;  // when the file says nothing
-  std::optional<Area> extent;            // outer edges in CRS units, for pictures that carry none
+  std::optional<geo::Crs> stated_crs;    // of a file that declares none; one that declares another is refused
+  std::optional<geo::Crs> fallback_crs;  // of a file that declares none; one that declares another keeps it
+  std::optional<Area> extent;            // outer edges in CRS units, for pictures that carry none; west > east across the antimeridian
   std::vector<double> nodata;            // one value for all bands, or one for each band that is read; empty: what the file says
   std::vector<int> bands;                // counted from 1, in the order red, green, blue (or the one value); empty: the file's own order
   CoverageChoice coverage;
@@ -65,7 +66,8 @@ struct LayerRequest {
   std::optional<double> gsd_m;  // metres per texel of the finest level (of the grid if projected, on the ground if in degrees); default:
                                 // the first source's own grid
   std::optional<geo::Crs> crs;  // of the dataset; default: the store's, or the first source's
-  std::optional<Area> area;     // outer edges of the layer in CRS units, widened to whole texels; default: all that the sources cover
+  std::optional<Area> area;     // outer edges of the layer in CRS units, widened to whole texels; west > east across the antimeridian;
+                                // default: all that the sources cover
   std::optional<std::array<double, 2>> range;  // sample values of black and white
   std::optional<resample::Method> resample;    // of sources on another grid; default: bilinear, of classes nearest
   std::optional<ExpectedSamples> expected;     // for a plan without sources

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <memory>
-#include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <vector>
 
@@ -32,11 +31,7 @@ struct SharedReading {
   std::shared_ptr<source::ScratchFile> scratch;  // null: none
 };
 
-// Those of a layer, in order, on `threads` threads. Errors name the file and say which option helps; of several, the first in order.
+// Those of a layer, in order, on `threads` threads. Errors name the file and say which option helps; of several, all in one, see ErrorList.
 [[nodiscard]] Result<std::vector<OpenSource>> open_sources(const LayerRequest& layer, const SharedReading& shared, int threads);
-
-// What decides the samples and their place, for the layer's settings. A long list is given as its length and a hash of all of it: the
-// settings are part of the store and written with every checkpoint.
-[[nodiscard]] nlohmann::ordered_json facts_of(const std::vector<OpenSource>& sources);
 
 }  // namespace vt::pipeline

@@ -7,6 +7,7 @@
 
 #include "builder/channels/channel_codec.h"
 #include "builder/channels/height_unit.h"
+#include "builder/pipeline/source_place.h"
 
 namespace vt::pipeline {
 namespace {
@@ -71,6 +72,21 @@ bool concerns(source::Concern concern, ChannelType channel) {
   return true;
 }
 
+// What the file holds that counts in another way, or not at all.
+void remark_on_file(const LayerRequest& request, const OpenSource& source, SharedRemarks& remarks) {
+  const source::RasterInfo& info = source.raster->info();
+  const std::string path = source.request.path.string();
+  const bool is_overruled = source.request.crs && !info.declared_crs_text.empty() &&
+                            !(info.declared_crs && info.declared_crs->same_coordinates(*source.request.crs));
+  if (is_overruled)
+    remarks.add("declared in " + info.declared_crs_text + ", but taken to be in " + source.crs.text() + ", as asked for", path);
+  if (looks_like_degrees(source))
+    remarks.add("coordinates look like degrees, but " + source.crs.text() + " counts lengths; check the CRS", path);
+  for (const source::UnusedFact& fact : info.unused)
+    if (concerns(fact.concern, request.channel))
+      remarks.add("holds " + fact.what + ", which is not used" + (fact.instead.empty() ? "" : ": " + fact.instead), path);
+}
+
 std::string two_digits(double value) {
   char text[32];
   std::snprintf(text, sizeof text, "%.2f", value);
@@ -101,7 +117,7 @@ void Remarks::append_to(std::vector<std::string>& warnings) const {
 }
 
 void remark_on(const LayerRequest& request, resample::Method resampling, const geo::Crs& crs, const std::vector<OpenSource>& sources,
-               const std::vector<resample::PlacedSource>& placed, std::vector<std::string>& warnings) {
+               const std::vector<SourcePlaces>& places, std::vector<std::string>& warnings) {
   const std::string method(resample::method_name(resampling));
   Remarks outside("outside the layer's area");
   Remarks moved("moved onto the grid");
@@ -112,32 +128,32 @@ void remark_on(const LayerRequest& request, resample::Method resampling, const g
   for (std::size_t i = 0; i < sources.size(); ++i) {
     const OpenSource& source = sources[i];
     const std::string path = source.request.path.string();
-    if (placed[i].covered.empty()) {
+    remark_on_file(request, source, shared);
+    if (places[i].is_empty()) {
       outside.add(path + ": lies outside the layer's area and is left out");
       continue;
     }
     const source::RasterInfo& info = source.raster->info();
-    for (const source::UnusedFact& fact : info.unused)
-      if (concerns(fact.concern, request.channel)) shared.add("holds " + fact.what + ", which is not used", path);
-    remark_on_numbers(request, source, placed[i], shared);
+    const resample::PlacedSource& placed = places[i].placed.front();  // others differ by whole turns
+    remark_on_numbers(request, source, placed, shared);
     const bool leaves_alpha = source.request.coverage.kind == CoverageChoice::Kind::kAuto && info.alpha_band >= 0 &&
-                              std::ranges::find(placed[i].bands, info.alpha_band) == placed[i].bands.end();
+                              std::ranges::find(placed.bands, info.alpha_band) == placed.bands.end();
     if (leaves_alpha)
       shared.add("its coverage (band " + std::to_string(info.alpha_band + 1) + ") is not among the bands that are named, so it is not used",
                  path);
-    if (!placed[i].is_aligned)
+    if (!placed.is_aligned)
       resampled.add(path + ": resampled (" + method + "), because " +
                     (crs.same_coordinates(source.crs) ? "its grid is not the layer's"
                                                       : "it is in " + source.crs.text() + " and the layer in " + crs.text()));
-    if (placed[i].moved.x != 0.0 || placed[i].moved.y != 0.0)
-      moved.add(path + ": moved by " + two_digits(placed[i].moved.x) + " texels to the east and " + two_digits(placed[i].moved.y) +
+    if (placed.moved.x != 0.0 || placed.moved.y != 0.0)
+      moved.add(path + ": moved by " + two_digits(placed.moved.x) + " texels to the east and " + two_digits(placed.moved.y) +
                 " to the south (nearest), because its grid is not the layer's; its samples stay as they are");
     const bool is_opaque = request.format == TexelFormat::kRgb8 || request.format == TexelFormat::kBc1;
-    if (request.channel == ChannelType::kColor && is_opaque && placed[i].layout.has_alpha)
+    if (request.channel == ChannelType::kColor && is_opaque && placed.layout.has_alpha)
       clear.add(path + ": has a coverage band that " + std::string(format_info(*request.format).name) +
                 " cannot store, what is clear shows its neighbours' colour; to keep it use " +
                 (request.format == TexelFormat::kBc1 ? "bc3 or bc7" : "rgba8"));
-    if (request.channel == ChannelType::kColor && info.sample_type == SampleType::kUint16 && !placed[i].layout.value_full_scale &&
+    if (request.channel == ChannelType::kColor && info.sample_type == SampleType::kUint16 && !placed.layout.value_full_scale &&
         !request.range)
       ranges.add(path + ": 0 is taken as black and 65535 as white; if the picture comes out dark, give --range LOW,HIGH");
   }

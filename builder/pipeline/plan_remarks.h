@@ -8,6 +8,7 @@
 #include "builder/geo/crs.h"
 #include "builder/pipeline/layer_request.h"
 #include "builder/pipeline/open_sources.h"
+#include "builder/pipeline/place_source.h"
 #include "builder/resample/placed_source.h"
 
 namespace vt::pipeline {
@@ -44,7 +45,7 @@ class SharedRemarks {
 // What should be known about sources before a long build: which are left out, moved, resampled, or may come out dark; what the files
 // declare of their numbers and how that is taken, and what they hold that is not used.
 void remark_on(const LayerRequest& request, resample::Method resampling, const geo::Crs& crs, const std::vector<OpenSource>& sources,
-               const std::vector<resample::PlacedSource>& placed, std::vector<std::string>& warnings);
+               const std::vector<SourcePlaces>& places, std::vector<std::string>& warnings);
 
 // Which sources of a request are not there, in words; "" when all are.
 [[nodiscard]] std::string missing_text(const LayerRequest& request);

@@ -52,7 +52,10 @@ Result<std::vector<SourceRequest>> sources_from(const json& value, const std::fi
   } else {
     input = value.at("file").get<std::string>();
     if (value.contains("crs")) {
-      VT_ASSIGN(source.crs, crs_from(value["crs"].get<std::string>(), where + "/crs"));
+      VT_ASSIGN(source.stated_crs, crs_from(value["crs"].get<std::string>(), where + "/crs"));
+    }
+    if (value.contains("source_crs")) {
+      VT_ASSIGN(source.crs, crs_from(value["source_crs"].get<std::string>(), where + "/source_crs"));
     }
     if (value.contains("extent")) {
       const json& e = value["extent"];

@@ -20,7 +20,7 @@ std::size_t SourceLoad::chunk_bytes(std::int64_t width, int planes) const {
   return bytes;
 }
 
-SourceLoad load_of(const std::vector<OpenSource>& sources, const std::vector<resample::PlacedSource>& placed, const LayerInfo& layer,
+SourceLoad load_of(const std::vector<OpenSource>& sources, const std::vector<SourcePlaces>& places, const LayerInfo& layer,
                    std::size_t cache_bytes) {
   SourceLoad load;
   load.count = sources.size();
@@ -35,12 +35,14 @@ SourceLoad load_of(const std::vector<OpenSource>& sources, const std::vector<res
     // Of what a reader holds about a third is the block as it is stored; the rest goes when the read ends.
     if (info.compression != "none")
       load.stored_block_bytes = std::max(load.stored_block_bytes, sources[i].raster->resident_bytes() * 2 / 5);
-    load.texel_bytes = std::max(load.texel_bytes, placed[i].layout.texel_bytes());
+    load.texel_bytes = std::max(load.texel_bytes, places[i].placed.front().layout.texel_bytes());
     load.has_pictures = load.has_pictures || info.is_picture;
-    load.has_warped = load.has_warped || !placed[i].is_aligned;
+    load.has_warped =
+        load.has_warped || std::ranges::any_of(places[i].placed, [](const resample::PlacedSource& p) { return !p.is_aligned; });
   }
-  const bool is_one_and_whole =
-      sources.size() == 1 && placed[0].is_aligned && placed[0].covered == TexelRect{0, 0, layer.data.width, layer.data.height};
+  const resample::PlacedSource& first = places.front().placed.front();
+  const bool is_one_and_whole = sources.size() == 1 && places.front().placed.size() == 1 && first.is_aligned &&
+                                first.covered == TexelRect{0, 0, layer.data.width, layer.data.height};
   load.has_planes = !is_one_and_whole;
   return load;
 }

@@ -8,7 +8,7 @@
 #include "builder/channels/channel_codec.h"
 #include "builder/pipeline/layer_request.h"
 #include "builder/pipeline/open_sources.h"
-#include "builder/resample/placed_source.h"
+#include "builder/pipeline/place_source.h"
 #include "store/layer.h"
 
 namespace vt::pipeline {
@@ -29,9 +29,9 @@ struct SourceLoad {
   [[nodiscard]] std::size_t chunk_bytes(std::int64_t width, int planes) const;
 };
 
-// `placed` belongs to `sources` one by one.
-[[nodiscard]] SourceLoad load_of(const std::vector<OpenSource>& sources, const std::vector<resample::PlacedSource>& placed,
-                                 const LayerInfo& layer, std::size_t cache_bytes);
+// `places` belong to `sources` one by one.
+[[nodiscard]] SourceLoad load_of(const std::vector<OpenSource>& sources, const std::vector<SourcePlaces>& places, const LayerInfo& layer,
+                                 std::size_t cache_bytes);
 // Of sources that are not there yet.
 [[nodiscard]] SourceLoad expected_load(const LayerRequest& request, const channels::SampleLayout& layout, const LayerInfo& info,
                                        std::size_t cache_bytes);

@@ -25,12 +25,13 @@ Span cells_inside(double first, double step, double low, double high) {
 }
 
 // Texels, from the corner of the data rectangle, that a source on a grid of its own gives data to: those whose centres lie in the raster.
-TexelRect texels_with_centres_in(const LayerInfo& layer, const OpenSource& source) {
+// The source lies `moved_x` east of where it says.
+TexelRect texels_with_centres_in(const LayerInfo& layer, const OpenSource& source, double moved_x) {
   const geo::GeoTransform& transform = source.transform;
+  const double west = transform.x0 + moved_x;
   const source::RasterInfo& info = source.raster->info();
   const GridPlacement& grid = layer.grid;
-  const Span columns =
-      cells_inside(grid.origin_x, grid.step_x, transform.x0, transform.x0 + static_cast<double>(info.width) * transform.x_column);
+  const Span columns = cells_inside(grid.origin_x, grid.step_x, west, west + static_cast<double>(info.width) * transform.x_column);
   // Rows count to the south, so distances are from the north.
   const Span rows = cells_inside(0.0, grid.step_y, grid.origin_y - transform.y0,
                                  grid.origin_y - (transform.y0 + static_cast<double>(info.height) * transform.y_row));
@@ -42,16 +43,18 @@ TexelRect texels_with_centres_in(const LayerInfo& layer, const OpenSource& sourc
 }  // namespace
 
 bool is_surely_covered(const LayerInfo& layer, const geo::Crs& crs, std::span<const OpenSource> sources,
-                       std::span<const resample::PlacedSource> placed) {
+                       std::span<const SourcePlaces> places) {
   std::vector<TexelRect> sure;
-  for (std::size_t i = 0; i < placed.size(); ++i) {
-    if (may_lack_data(placed[i].layout)) continue;
-    if (placed[i].is_aligned) {
-      sure.push_back(placed[i].covered);
-    } else if (sources[i].transform.is_north_up() && crs.same_coordinates(sources[i].crs)) {
-      sure.push_back(texels_with_centres_in(layer, sources[i]));
+  for (std::size_t i = 0; i < places.size(); ++i)
+    for (std::size_t turn = 0; turn < places[i].placed.size(); ++turn) {
+      const resample::PlacedSource& placed = places[i].placed[turn];
+      if (placed.covered.empty() || may_lack_data(placed.layout)) continue;
+      if (placed.is_aligned) {
+        sure.push_back(placed.covered);
+      } else if (sources[i].transform.is_north_up() && crs.same_coordinates(sources[i].crs)) {
+        sure.push_back(texels_with_centres_in(layer, sources[i], places[i].turns[turn] * crs.turn().value_or(0.0)));
+      }
     }
-  }
   return resample::covers(sure, {0, 0, layer.data.width, layer.data.height});
 }
 

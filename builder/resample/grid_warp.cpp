@@ -18,17 +18,22 @@ Point2 bilinear(const Point2 corners[4], double fx, double fy) {
 
 }  // namespace
 
-GridWarp::GridWarp(const GridPlacement& grid, geo::Crs grid_crs, const geo::GeoTransform& source, geo::Crs source_crs)
-    : grid_(grid), grid_crs_(std::move(grid_crs)), source_crs_(std::move(source_crs)), same_crs_(grid_crs_.same_coordinates(source_crs_)) {
+GridWarp::GridWarp(const GridPlacement& grid, geo::Crs grid_crs, const geo::GeoTransform& source, geo::Crs source_crs, int turns)
+    : grid_(grid),
+      grid_crs_(std::move(grid_crs)),
+      source_crs_(std::move(source_crs)),
+      same_crs_(grid_crs_.same_coordinates(source_crs_)),
+      moved_(turns * (same_crs_ ? grid_crs_.turn().value_or(0.0) : 360.0)) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   raster_from_source_crs_ = source.inverse().value_or(geo::GeoTransform{nan, nan, nan, nan, nan, nan});
   // JSON writes the shortest decimal that reads back as the same double.
-  const nlohmann::json facts = {
+  nlohmann::json facts = {
       {"grid", {grid.origin_x, grid.origin_y, grid.step_x, grid.step_y}},
       {"grid_crs", grid_crs_.to_json()},
       {"transform", {source.x0, source.x_column, source.x_row, source.y0, source.y_column, source.y_row}},
       {"source_crs", source_crs_.to_json()},
   };
+  if (turns != 0) facts["turns"] = turns;
   facts_ = facts.dump();
 }
 
@@ -36,11 +41,13 @@ Point2 GridWarp::exact(Point2 texel) const {
   Point2 crs{grid_.origin_x + texel.x * grid_.step_x, grid_.origin_y - texel.y * grid_.step_y};
   if (!same_crs_) {
     const double nan = std::numeric_limits<double>::quiet_NaN();
-    const auto lonlat = grid_crs_.lonlat_from_crs(crs);
+    const auto lonlat = grid_crs_.unwrapped_lonlat_from_crs(crs);
     if (!lonlat) return {nan, nan};
-    const auto source = source_crs_.crs_from_lonlat(*lonlat);
+    const auto source = source_crs_.crs_from_lonlat({lonlat->x - moved_, lonlat->y});
     if (!source) return {nan, nan};
     crs = *source;
+  } else {
+    crs.x -= moved_;
   }
   return raster_from_source_crs_.apply(crs);
 }

@@ -19,8 +19,9 @@ class GridWarp {
   static constexpr double kTolerance = 1.0 / 1024.0;  // source samples
   static constexpr std::int64_t kCell = 32;           // texels from one lattice node to the next
 
-  // From texels of the grid (continuous, column 0 at the west edge of the data rectangle) to the source's columns and rows.
-  GridWarp(const GridPlacement& grid, geo::Crs grid_crs, const geo::GeoTransform& source, geo::Crs source_crs);
+  // From texels of the grid (continuous, column 0 at the west edge of the data rectangle) to the source's columns and rows. `turns`: the
+  // source is meant so many times round the globe to the east of where it says it lies.
+  GridWarp(const GridPlacement& grid, geo::Crs grid_crs, const geo::GeoTransform& source, geo::Crs source_crs, int turns = 0);
 
   // NaN where the projections have no answer.
   [[nodiscard]] Point2 exact(Point2 texel) const;
@@ -37,6 +38,7 @@ class GridWarp {
   geo::GeoTransform raster_from_source_crs_;
   geo::Crs source_crs_;
   bool same_crs_;
+  double moved_;  // by `turns`, to the east: units of the grid if both systems are the same, else degrees
   std::string facts_;
 };
 

@@ -2,6 +2,7 @@
 // picture.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 
 #include <algorithm>
 #include <array>
@@ -128,6 +129,68 @@ TEST_F(VtbuildTest, BadInputSaysWhatAndWhere) {
   expect_failure({"layer", "scene/imagery.tif", "-o", "not-a-store.vts", "--channel", "color"}, 3, {"not-a-store.vts"});
   expect_failure({"layer", "scene/imagery.tif", "-o", "no/such/folder/x.vts", "--channel", "color"}, 2, {"no/such/folder"});
   EXPECT_FALSE(exists("x.vts"));
+}
+
+// Formats that OpenImageIO would have tried, and crashed on; and all of a folder at once.
+TEST_F(VtbuildTest, WhatIsNotReadIsNamedFileByFile) {
+  write("picture.sgi", "\x01\xda\x01\x01" + std::string(509, '\x03'));
+  write("ortho.tif", std::string("\0\0\1\0\1\0", 6) + std::string(100, '\0'));
+  for (const char* name : {"picture.sgi", "ortho.tif"})
+    expect_failure({"layer", name, "-o", "x.vts", "--channel", "color", "--crs", "pixel"}, 3, {name, "is in a format that is not read"});
+  std::filesystem::create_directory(folder_ / "tiles");
+  write("tiles/N36W112.hgt", std::string(2 * 1201 * 1201, '\0'));
+  write("tiles/n36.dt1", "UHL1" + std::string(3000, ' '));
+  write("tiles/grid.asc", "ncols 2\nnrows 2\n1 2 3 4\n");
+  write("tiles/bad.tif", "II*");
+  write("tiles/notes.asc", "-----BEGIN PGP SIGNATURE-----");
+  expect_failure({"layer", "tiles", "-o", "x.vts", "--channel", "elevation"}, 3,
+                 {"4 of 4 sources cannot be used", "HGT", "DTED", "ASCII grid", "bad.tif", "gdal_translate n36.dt1 new.tif"});
+  EXPECT_FALSE(exists("x.vts"));
+}
+
+// Whoever opened one of them would wait for ever.
+TEST_F(VtbuildTest, PipesAndDevicesAreRefusedAtOnce) {
+  make_scene();
+  ASSERT_EQ(::mkfifo((folder_ / "pipe").c_str(), 0600), 0);
+  const std::string pipe = (folder_ / "pipe").string();
+  for (const std::string& name : {pipe, std::string("/dev/zero")}) {
+    expect_failure({"layer", name, "-o", "x.vts", "--channel", "color"}, 2, {name, "regular file"});
+    expect_failure({"layer", "@" + name, "-o", "x.vts", "--channel", "color"}, 2, {name, "regular file"});
+    expect_failure({"dataset", name, "-o", "x.vts"}, 2, {name, "regular file"});
+    expect_failure({"layer", "scene/materials.tif", "-o", "x.vts", "--channel", "material", "--classes", name}, 2, {name, "regular file"});
+    write("scene.json", R"({"format": "vt-scene", "version": 1, "name": "n", "layers": [{"name": "c", "channel": "color", "sources": [")" +
+                            name + R"("]}]})");
+    expect_failure({"dataset", "scene.json", "-o", "x.vts"}, 2, {name, "regular file"});
+  }
+  EXPECT_FALSE(exists("x.vts"));
+}
+
+TEST_F(VtbuildTest, TheCrsOfAFileIsOverruledBySourceCrsAlone) {
+  make_scene();
+  const Outcome kept =
+      run({"layer", "scene/elevation.tif", "-o", "kept.vts", "--channel", "elevation", "--crs", "EPSG:4326", "--progress", "none"});
+  EXPECT_EQ(kept.exit_code, 0) << kept.err;
+  EXPECT_THAT(kept.err, HasSubstr("resampled")) << "placed by its own CRS in a store of another";
+  const Outcome overruled = run(
+      {"layer", "scene/elevation.tif", "-o", "other.vts", "--channel", "elevation", "--source-crs", "EPSG:32610", "--progress", "none"});
+  EXPECT_EQ(overruled.exit_code, 0) << overruled.err;
+  EXPECT_THAT(overruled.err, AllOf(HasSubstr("taken to be in EPSG:32610"), HasSubstr("as asked for")));
+  expect_failure({"layer", "scene/elevation.tif", "-o", "x.vts", "--channel", "elevation", "--source-crs", "EPSG:4326"}, 3,
+                 {"are no longitudes and latitudes in degrees", "look like metres"});
+}
+
+// An area and an extent across the antimeridian, and a layer that counts longitudes the other way round.
+TEST_F(VtbuildTest, AScenesAreaMayLieAcrossTheAntimeridian) {
+  write("a.pgm", "P5 20 20 255\n" + std::string(400, '\x40'));
+  write("scene.json", R"({"format": "vt-scene", "version": 1, "name": "n", "crs": "EPSG:4326",
+    "area": {"west": 160, "south": -20, "east": -160, "north": 20},
+    "layers": [{"name": "one", "channel": "mask", "sources": [{"file": "a.pgm", "crs": "EPSG:4326", "extent": [170, -10, -170, 10]}]},
+               {"name": "two", "channel": "mask", "sources": [{"file": "a.pgm", "crs": "EPSG:4326", "extent": [-190, -10, -170, 10]}]}]})");
+  const Outcome built = run({"dataset", "scene.json", "-o", "a.vts", "--progress", "none"});
+  ASSERT_EQ(built.exit_code, 0) << built.err;
+  const auto info = nlohmann::json::parse(inspect({"info", "a.vts", "--json"}).out);
+  EXPECT_EQ(info.at("area"), (nlohmann::json{{"west", 160.0}, {"south", -20.0}, {"east", 200.0}, {"north", 20.0}})) << info.dump();
+  for (const auto& layer : info.at("layers")) EXPECT_EQ(layer.at("grid").at("origin_x"), 170.0) << layer.dump();
 }
 
 TEST_F(VtbuildTest, AStoreThatExistsIsNotOverwritten) {

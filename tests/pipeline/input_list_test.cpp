@@ -54,7 +54,7 @@ TEST_F(InputList, SaysWhatIsEmptyOrMissing) {
   touch("empty.txt", "# nothing\n");
   expect_refused("tiles", ErrorCode::kInvalidData, "no rasters in this folder");
   expect_refused("@empty.txt", ErrorCode::kInvalidData, "names no inputs");
-  expect_refused("@missing.txt", ErrorCode::kIo, "cannot be opened");
+  expect_refused("@missing.txt", ErrorCode::kIo, "No such file");
 }
 
 }  // namespace

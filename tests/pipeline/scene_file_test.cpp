@@ -28,7 +28,8 @@ class SceneFile : public testing::Test {
 TEST_F(SceneFile, GivesBackWhatItSays) {
   const auto scene = read(R"({"format": "vt-scene", "version": 1, "name": "n", "crs": "EPSG:4326",
     "area": {"west": 1, "south": 2, "east": 3, "north": 4},
-    "layers": [{"name": "c", "channel": "color", "sources": ["a.tif", {"file": "b.png", "crs": "EPSG:3857", "extent": [1, 2, 3, 4], "nodata": 7, "bands": [3, 2, 1]}],
+    "layers": [{"name": "c", "channel": "color", "sources": ["a.tif", {"file": "b.png", "crs": "EPSG:3857", "extent": [1, 2, 3, 4], "nodata": 7, "bands": [3, 2, 1]},
+                {"file": "c.tif", "source_crs": "EPSG:32633"}],
                 "format": "bc1", "kernel": "box", "compression": "zstd:9", "tile": 128, "gsd": 0.5},
                {"name": "e", "channel": "elevation", "sources": ["e.tif"]}]})");
   ASSERT_TRUE(scene.has_value()) << scene.error().message;
@@ -39,7 +40,9 @@ TEST_F(SceneFile, GivesBackWhatItSays) {
   const LayerRequest& color = scene->layers[0];
   EXPECT_EQ(color.sources[0].path, folder_ / "a.tif");
   EXPECT_EQ(color.sources[1].path, folder_ / "b.png");
-  EXPECT_EQ(color.sources[1].crs->definition().epsg, 3857);
+  EXPECT_EQ(color.sources[1].stated_crs->definition().epsg, 3857);
+  EXPECT_FALSE(color.sources[1].crs.has_value()) << "only source_crs overrules the file";
+  EXPECT_EQ(color.sources[2].crs->definition().epsg, 32633);
   EXPECT_EQ(color.sources[1].extent, (Area{1, 2, 3, 4}));
   EXPECT_EQ(color.sources[1].nodata, std::vector{7.0});
   EXPECT_EQ(color.sources[1].bands, (std::vector<int>{3, 2, 1}));
