@@ -228,7 +228,6 @@ class Window {
       for (std::int64_t row = 0; row < rect.height; ++row) {
         const channels::PlaneRow planes = cascade.begin_row();
         const bool opaque = chunk.decode_row(row, planes);
-        codec.derive_row(place_.width, planes);
         cascade.end_row(opaque, sink);
         if (kept != nullptr && base_passes)
           keep_row(kept->front(), rect.y - place_.y + row,

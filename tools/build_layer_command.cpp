@@ -223,7 +223,7 @@ CLI::App* add_command(CLI::App& app, const std::shared_ptr<LayerFlags>& flags) {
   command->add_option(
       "--resample", flags->resample,
       "for inputs on another grid: bilinear, or nearest, which keeps samples as they are and moves a grid that is off by part "
-      "of a texel (default: bilinear, for material nearest)");
+      "of a texel; where a texel lies over several samples, all count by their area (default: bilinear, for material nearest)");
   command->add_option("--bands", flags->bands, "exactly the bands to use, counted from 1, for example 3,2,1");
   command->add_option(
       "--alpha", flags->alpha,
@@ -271,7 +271,7 @@ Result<pipeline::LayerRequest> layer_request_of(std::vector<std::string> argumen
   auto flags = std::make_shared<LayerFlags>();
   add_command(app, flags);
   arguments.insert(arguments.begin() + 1, "--output=none.vts");  // behind "--" it would be an input
-  std::ranges::reverse(arguments);  // CLI11 takes them from the back
+  std::ranges::reverse(arguments);                               // CLI11 takes them from the back
   try {
     app.parse(arguments);
   } catch (const CLI::ParseError& problem) {

@@ -4,8 +4,9 @@
 // the weight itself. Resampling and overviews are then plain weighted sums of planes, and a texel without data (all planes zero)
 // contributes nothing by itself. A channel's file says what its planes are; nothing else about a channel is known outside it.
 //
-// A value walks: samples -> decode_row -> source planes -> (resampling, mosaics) -> derive_row -> all planes -> (overviews) -> encode_row,
-// once for each part. A codec is immutable: const functions are safe from any thread. Work is done by rows, never by a call per texel.
+// A value walks: samples -> decode_row -> source planes -> derive_row -> all planes -> (mosaics, overviews) -> encode_row, once for each
+// part. Resampling to a grid that is as fine as the source's comes before derive_row, to a coarser one after it. A codec is immutable:
+// const functions are safe from any thread. Work is done by rows, never by a call per texel.
 #pragma once
 
 #include <array>
@@ -51,6 +52,8 @@ enum class PlaneRule : std::uint8_t {
   // the kernels box and point.
   kRemainder,
 };
+// A plane of sums, not of least or greatest values.
+[[nodiscard]] constexpr bool is_sum(PlaneRule rule) { return rule == PlaneRule::kLinear || rule == PlaneRule::kRemainder; }
 
 // One texture layer that a channel writes. The first part is the layer itself, the others lie beside it as NAME/suffix on the same grid.
 struct Part {
@@ -114,10 +117,10 @@ class ChannelCodec {
  public:
   virtual ~ChannelCodec() = default;
 
-  // Of resampling and mosaics; the last of them is the weight.
+  // What decode_row makes; the last of them is the weight.
   [[nodiscard]] int source_planes() const { return source_planes_; }
   [[nodiscard]] int weight_plane() const { return source_planes_ - 1; }
-  // Of overviews: the source planes, then those that derive_row makes.
+  // The source planes, then those that derive_row makes.
   [[nodiscard]] int planes() const { return static_cast<int>(rules_.size()); }
   [[nodiscard]] std::span<const PlaneRule> rules() const { return rules_; }
   [[nodiscard]] std::span<const Part> parts() const { return parts_; }
@@ -131,6 +134,9 @@ class ChannelCodec {
   // The surfaces through coarser levels are compared with the finest level, see builder/pipeline/surface_pass.h.
   [[nodiscard]] bool measures_surface() const { return measures_surface_; }
   [[nodiscard]] const std::optional<CentreRange>& centre_range() const { return centre_range_; }
+  // Values are those of a surface at places: resampling keeps them where they are, at the price that samples may count a little more or
+  // less than their area. Otherwise areas count, and sums are kept.
+  [[nodiscard]] bool is_surface() const { return is_surface_; }
   // A row of samples already is a row of texels of the first part, byte for byte: encode(decode(samples)) would give the same.
   [[nodiscard]] bool samples_are_texels() const { return samples_are_texels_; }
   // What is stored are numbers of the samples' own scale and unit.
@@ -140,7 +146,7 @@ class ChannelCodec {
 
   // `count` texels of samples into source planes. Returns whether all weights are exactly 1.
   bool decode_row(const std::byte* samples, std::int64_t count, const PlaneRow& out) const;
-  // The remaining planes of `count` texels of the finest level, from their source planes.
+  // The remaining planes of `count` samples or texels of the finest level, from their source planes.
   virtual void derive_row(std::int64_t count, const PlaneRow& planes) const;
   // One quantisation: planes to texels of a part, the first of which lies in an even column (a tile's first, or the data's). The neighbours
   // lend their values to texels that have none, so that a bilinear lookup at the edge does not bleed. kInvalidData: a value that the part's
@@ -186,6 +192,7 @@ class ChannelCodec {
   bool measures_surface_ = false;
   bool keeps_numbers_ = true;
   std::optional<CentreRange> centre_range_;
+  bool is_surface_ = false;
   std::optional<ClassCounting> class_counting_;
 
  private:

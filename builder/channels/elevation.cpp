@@ -55,6 +55,7 @@ class ElevationCodec final : public ChannelCodec {
     weight_ = rules_.size() - 1;
     // Codes may be far finer than floats of their heights.
     if (choices.is_wide && choices.format == TexelFormat::kR16) bounds_origin_ = choices.codes.offset;
+    is_surface_ = true;
     Part heights{.format = choices.format, .texel_format = choices.format, .components = {"height"}, .unit = "m"};
     if (choices.format == TexelFormat::kR16) {
       heights.ranges[0] = {.scale = choices.codes.quantum, .offset = choices.codes.offset};

@@ -1,6 +1,7 @@
 #include "builder/pipeline/block_job.h"
 
 #include <algorithm>
+#include <array>
 #include <string>
 
 #include "builder/pipeline/block_quality.h"
@@ -134,11 +135,12 @@ Result<void> BlockJob::run(std::size_t tier_index, std::int64_t index, const std
   const Tier& tier = work_.tiers()[tier_index];
   const bool has_mark = tier_index == 0 || tier.has_carry;  // the last block has none; after it the layer is complete
   if (has_mark) VT_CHECK(marks_.begin(tier, index));
-  const std::unique_ptr<pyramid::Cascade> made = pyramid::make_cascade(work_.plan_block(tier_index, index), plan_.shape(), tier.outputs,
-                                                                       plan_.sampler->codec(), plan_.kernel, plan_.info.tile_exponent);
+  const std::unique_ptr<pyramid::Cascade> made =
+      pyramid::make_cascade(work_.plan_block(tier_index, index), plan_.shape(), tier.outputs, plan_.sampler->codec(), plan_.kernel,
+                            plan_.info.tile_exponent, area_exponent(plan_));
   pyramid::Cascade& cascade = *made;
   Output output(*this, tier, cascade);
-  content_.reset();
+  start_content();
   if (tier_index == 0) {
     VT_CHECK(feed_from_sources(cascade, output, progress, cancel));
   } else {
@@ -157,9 +159,16 @@ Result<void> BlockJob::run(std::size_t tier_index, std::int64_t index, const std
   return marks_.set(tier, index, tier_index == 0 ? content_.digest() : carry_mark());
 }
 
+// Counts of one layer are of one unit: blocks that were counted in another are built again.
+void BlockJob::start_content() {
+  content_.reset();
+  const int exponent = area_exponent(plan_);
+  if (exponent > 0) content_.add(std::array{static_cast<std::byte>(exponent)});
+}
+
 Result<store::ContentHash> BlockJob::source_hash(std::int64_t index) {
   const InStage stage(clock_, Stage::kCheck);
-  content_.reset();
+  start_content();
   VT_CHECK(for_each_chunk(work_.active(0, index), [&](const TexelRect& rect) { return chunk_.hash(plan_, rect, content_); }));
   return content_.digest();
 }
@@ -176,6 +185,10 @@ Result<void> BlockJob::feed_from_sources(pyramid::Cascade& cascade, Output& outp
       VT_CHECK(chunk_.load(plan_, rect, &content_));
     }
     for (std::int64_t row = rect.y; row < rect.bottom(); ++row) {
+      if (!chunk_.class_areas().empty()) {
+        cascade.put_area_row(chunk_.class_areas(), row - rect.y, output);
+        continue;
+      }
       const channels::PlaneRow planes = cascade.begin_row();
       const Stage before = clock_.enter(Stage::kDecode);
       const bool opaque = chunk_.decode_row(codec, row, planes);

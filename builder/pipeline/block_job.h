@@ -48,6 +48,7 @@ class BlockJob {
 
  private:
   class Output;
+  void start_content();
   [[nodiscard]] Result<void> put_blob(LayerId layer, TileId tile, std::span<const std::byte> bytes);
   [[nodiscard]] Result<void> feed_from_sources(pyramid::Cascade& cascade, Output& output,
                                                const std::function<void(std::uint64_t)>& progress, const std::atomic<bool>* cancel);

@@ -51,10 +51,10 @@ std::vector<pyramid::BlockLevel> widest_block(const LayerPlan& plan, const Tier&
 
 // Different classes in one texel that lies `depth` levels above the finest, on average over a row. Noise of many classes has more, up to
 // all of the format; of four land cover maps of 7 to 19 classes (Berlin, Zion, crops of Iowa at 3 m, Pennsylvania at 1 m) none had more
-// than 12 in a texel of 64 x 64, 14 in one of 256 x 256.
-std::size_t classes_per_texel(int depth) {
+// than 12 in a texel of 64 x 64, 14 in one of 256 x 256. A texel of the finest level has one, unless it lies over many samples.
+std::size_t classes_per_texel(const LayerPlan& plan, int depth) {
   constexpr std::size_t kClasses = 16;
-  return depth < 2 ? std::size_t{1} << (2 * depth) : kClasses;
+  return depth < 2 && area_exponent(plan) == 0 ? std::size_t{1} << (2 * depth) : kClasses;
 }
 
 // Of a ClassCascade: rows of planes, and of each level but the base two rows of counts with room for all that the finer two rows have.
@@ -66,7 +66,7 @@ std::size_t class_cascade_bytes(const LayerPlan& plan, const std::vector<pyramid
     const std::size_t width = static_cast<std::size_t>(block[k].active.width + block[k].beyond.width) + 2;
     bytes += kRingRows * planes * width * sizeof(float);
     const int finer = std::max(0, depth + static_cast<int>(k) - 1);
-    bytes += 2 * width * (sizeof(std::uint32_t) + 5 * classes_per_texel(finer) * sizeof(pyramid::ClassCount));
+    bytes += 2 * width * (sizeof(std::uint32_t) + 5 * classes_per_texel(plan, finer) * sizeof(pyramid::ClassCount));
   }
   return bytes;
 }
@@ -116,8 +116,9 @@ std::size_t tier_bytes(const LayerPlan& plan, const Tier& tier, bool is_first) {
   const std::vector<pyramid::BlockLevel> block = widest_block(plan, tier);
   const std::size_t edge = plan.info.tile_texels();
   const int depth = plan.info.finest.value - tier.base.value;
-  // A class takes four bytes of packed counts.
-  const std::size_t carry_texel = plan.codec->class_counting() ? 1 + 4 * classes_per_texel(depth + tier.outputs)
+  // A class takes four bytes of packed counts, seven where they count parts of texels.
+  const std::size_t class_bytes = area_exponent(plan) > 0 ? 7 : 4;
+  const std::size_t carry_texel = plan.codec->class_counting() ? 1 + class_bytes * classes_per_texel(plan, depth + tier.outputs)
                                                                : static_cast<std::size_t>(plan.codec->planes()) * sizeof(float);
   const std::size_t carry_tile = edge * edge * carry_texel;
   std::size_t bytes = cascade_bytes(plan, block, depth) + tile_bytes(plan, tier, block);
@@ -130,7 +131,7 @@ std::size_t tier_bytes(const LayerPlan& plan, const Tier& tier, bool is_first) {
   }
   bytes += compressor;
   const std::int64_t width = block.front().active.width;
-  if (is_first) return bytes + plan.source_load.chunk_bytes(width, plan.codec->source_planes()) + plan.source_load.reader_bytes;
+  if (is_first) return bytes + plan.source_load.chunk_bytes(width, *plan.codec) + plan.source_load.reader_bytes;
   return bytes + 2 * (static_cast<std::size_t>(width) / edge + 2) * carry_tile;  // a row of tiles of the tier before, packed and not
 }
 

@@ -176,6 +176,10 @@ nlohmann::ordered_json settings_of(const LayerPlan& plan, const std::vector<Open
   if (request.range) settings["range"] = *request.range;
   if (plan.resampling != resample::Method::kBilinear) settings["resample"] = resample::method_name(plan.resampling);
   settings["sources"] = facts_of(sources, places);
+  // A layer that was begun by other rules of resampling counts as one of other sources: an update finds by their marks which blocks are.
+  nlohmann::ordered_json& facts = settings["sources"];
+  for (std::size_t i = 0; i < places.size(); ++i)
+    if (!places[i].placed.front().is_aligned) (facts.is_array() ? facts[i] : facts)["resampling_rules"] = resample::kWarpRules;
   return settings;
 }
 
@@ -184,6 +188,14 @@ nlohmann::ordered_json settings_of(const LayerPlan& plan, const std::vector<Open
 Area LayerPlan::extent() const {
   return {info.grid.origin_x, info.grid.origin_y - static_cast<double>(info.data.height) * info.grid.step_y,
           info.grid.origin_x + static_cast<double>(info.data.width) * info.grid.step_x, info.grid.origin_y};
+}
+
+// As many as the counts of the coarsest level's texels have bits for, see pyramid/class_counts.h.
+int area_exponent(const LayerPlan& plan) {
+  constexpr int kMostAreaBits = 47;
+  constexpr int kWanted = 16;
+  if (!plan.sampler || !plan.sampler->counts_areas()) return 0;
+  return std::clamp(kMostAreaBits - 2 * int{plan.info.finest.value}, 1, kWanted);
 }
 
 namespace {
@@ -357,11 +369,12 @@ Result<void> plan_with_sources(const LayerRequest& request, const std::optional<
   for (const SourcePlaces& one : places)
     for (const resample::PlacedSource& source : one.placed) plan.covered = around(plan.covered, source.covered);
   plan.source_load = load_of(sources, places, plan.info, options.source_cache_bytes);
-  remark_on(request, plan.resampling, plan.crs, sources, places, plan.warnings);
+  remark_on(request, plan.crs, sources, places, plan.warnings);
   plan.settings = settings_of(plan, sources, places);
   std::vector<resample::PlacedSource> placed;
   for (SourcePlaces& one : places) std::ranges::move(one.placed, std::back_inserter(placed));
   plan.sampler = std::make_shared<const resample::BaseSampler>(std::move(placed), plan.info.data.width, plan.info.data.height);
+  plan.source_load.counts_areas = plan.sampler->counts_areas();
   return {};
 }
 

@@ -53,6 +53,9 @@ struct LayerPlan {
   [[nodiscard]] pyramid::LayerShape shape() const { return {.data = info.data, .is_closed = is_closed}; }
 };
 
+// Areas of classes are counted in 1 / 2^area_exponent of a texel of the finest level: 0, unless texels may lie over many samples.
+[[nodiscard]] int area_exponent(const LayerPlan& plan);
+
 struct PlanOptions {
   bool may_lack_sources = false;  // a layer that says what to expect is planned even if its sources are not there; it cannot be built
   std::size_t source_cache_bytes = std::size_t{32} << 20;  // decoded source blocks kept, all sources together

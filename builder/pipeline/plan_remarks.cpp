@@ -8,6 +8,7 @@
 #include "builder/channels/channel_codec.h"
 #include "builder/channels/height_unit.h"
 #include "builder/pipeline/source_place.h"
+#include "builder/resample/warped_reader.h"
 
 namespace vt::pipeline {
 namespace {
@@ -87,6 +88,16 @@ void remark_on_file(const LayerRequest& request, const OpenSource& source, Share
       remarks.add("holds " + fact.what + ", which is not used" + (fact.instead.empty() ? "" : ": " + fact.instead), path);
 }
 
+// How a source on another grid becomes texels.
+std::string method_text(const resample::PlacedSource& placed) {
+  const double samples = placed.warp->most_samples_per_texel(placed.covered);
+  const bool is_picked = placed.method == resample::Method::kNearest;
+  if (samples <= (is_picked ? resample::kMostPicked : resample::kMostUnit)) return std::string(resample::method_name(placed.method));
+  char text[64];
+  std::snprintf(text, sizeof text, "by area, up to %.1f samples along a texel", samples);
+  return text;
+}
+
 std::string two_digits(double value) {
   char text[32];
   std::snprintf(text, sizeof text, "%.2f", value);
@@ -116,9 +127,8 @@ void Remarks::append_to(std::vector<std::string>& warnings) const {
   if (count_ > kMostRemarks) warnings.push_back("and " + std::to_string(count_ - kMostRemarks) + " more files that are " + what_);
 }
 
-void remark_on(const LayerRequest& request, resample::Method resampling, const geo::Crs& crs, const std::vector<OpenSource>& sources,
+void remark_on(const LayerRequest& request, const geo::Crs& crs, const std::vector<OpenSource>& sources,
                const std::vector<SourcePlaces>& places, std::vector<std::string>& warnings) {
-  const std::string method(resample::method_name(resampling));
   Remarks outside("outside the layer's area");
   Remarks moved("moved onto the grid");
   Remarks resampled("resampled");
@@ -142,7 +152,7 @@ void remark_on(const LayerRequest& request, resample::Method resampling, const g
       shared.add("its coverage (band " + std::to_string(info.alpha_band + 1) + ") is not among the bands that are named, so it is not used",
                  path);
     if (!placed.is_aligned)
-      resampled.add(path + ": resampled (" + method + "), because " +
+      resampled.add(path + ": resampled (" + method_text(placed) + "), because " +
                     (crs.same_coordinates(source.crs) ? "its grid is not the layer's"
                                                       : "it is in " + source.crs.text() + " and the layer in " + crs.text()));
     if (placed.moved.x != 0.0 || placed.moved.y != 0.0)

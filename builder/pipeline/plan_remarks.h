@@ -44,7 +44,7 @@ class SharedRemarks {
 
 // What should be known about sources before a long build: which are left out, moved, resampled, or may come out dark; what the files
 // declare of their numbers and how that is taken, and what they hold that is not used.
-void remark_on(const LayerRequest& request, resample::Method resampling, const geo::Crs& crs, const std::vector<OpenSource>& sources,
+void remark_on(const LayerRequest& request, const geo::Crs& crs, const std::vector<OpenSource>& sources,
                const std::vector<SourcePlaces>& places, std::vector<std::string>& warnings);
 
 // Which sources of a request are not there, in words; "" when all are.

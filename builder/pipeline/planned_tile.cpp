@@ -114,7 +114,7 @@ Result<void> PlannedTiles::make(TileId tile, PlannedTile& out) {
   const TexelRect block = rect_of(tile, plan_.info.tile_exponent);
   const std::unique_ptr<pyramid::Cascade> cascade =
       pyramid::make_cascade(pyramid::plan_block(block, plan_.shape(), 0, 1, false, plan_.kernel), plan_.shape(), 1, *plan_.codec,
-                            plan_.kernel, plan_.info.tile_exponent);
+                            plan_.kernel, plan_.info.tile_exponent, area_exponent(plan_));
   const TexelRect active = cascade->level(0).active;
   const TexelRect core = cascade->level(0).core;
   out.rect = core;
@@ -126,6 +126,10 @@ Result<void> PlannedTiles::make(TileId tile, PlannedTile& out) {
     const TexelRect rows{active.x, y, active.width, std::min(kChunkRows, active.bottom() - y)};
     VT_CHECK(chunk_.load(plan_, rows));
     for (std::int64_t row = 0; row < rows.height; ++row) {
+      if (!chunk_.class_areas().empty()) {
+        cascade->put_area_row(chunk_.class_areas(), row, sink);
+        continue;
+      }
       const channels::PlaneRow planes = cascade->begin_row();
       const std::int64_t at = y + row;
       const bool opaque = chunk_.decode_row(*plan_.codec, at, planes);

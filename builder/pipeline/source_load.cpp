@@ -1,6 +1,7 @@
 #include "builder/pipeline/source_load.h"
 
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <system_error>
 
@@ -8,15 +9,29 @@
 #include "builder/resample/warped_reader.h"
 
 namespace vt::pipeline {
+namespace {
 
-std::size_t SourceLoad::chunk_bytes(std::int64_t width, int planes) const {
+// A texel's list of classes and areas, about four classes long.
+constexpr std::size_t kClassAreaBytes = 96;
+
+}  // namespace
+
+std::size_t SourceLoad::chunk_bytes(std::int64_t width, const channels::ChannelCodec& codec) const {
   const auto texels = static_cast<std::size_t>(width * kChunkRows);
-  const std::size_t texel_planes = static_cast<std::size_t>(planes) * sizeof(float);
+  const std::size_t texel_planes = static_cast<std::size_t>(codec.planes()) * sizeof(float);
   std::size_t bytes = texels * texel_bytes;
   if (has_planes) bytes += (texels + static_cast<std::size_t>(width)) * texel_planes;
-  if (has_warped)
-    bytes += texels * sizeof(Point2) + static_cast<std::size_t>(resample::kMostWindowSamples) * (texel_bytes + texel_planes) +
-             static_cast<std::size_t>(width) * texel_planes;
+  if (!has_warped) return bytes;
+  // Of each texel its centre and a corner in the source, samples per texel and the way it is made; of each column what it is made of.
+  bytes += texels * (2 * sizeof(Point2) + sizeof(float) + 1) + static_cast<std::size_t>(width) * (texel_planes + 2 * sizeof(std::uint64_t));
+  const auto samples = static_cast<std::size_t>(std::max(resample::kMostWindowSamples, longest_footprint));
+  bytes += samples * (texel_bytes + texel_planes + 1);
+  bytes += (static_cast<std::size_t>(resample::kMostSums) + static_cast<std::size_t>(longest_footprint) * texel_planes) * sizeof(double);
+  // In a mosaic each grid is made by itself before it is laid over the others.
+  if (count > 1) bytes += texels * (texel_planes + 2 * (sizeof(std::uint64_t) + 1));
+  // Lists of classes, of the footprints in work and of the texels that are done.
+  if (counts_areas)
+    bytes += texels * (count > 1 ? 2 : 1) * kClassAreaBytes + static_cast<std::size_t>(resample::kMostSums) * kClassAreaBytes;
   return bytes;
 }
 
@@ -37,8 +52,13 @@ SourceLoad load_of(const std::vector<OpenSource>& sources, const std::vector<Sou
       load.stored_block_bytes = std::max(load.stored_block_bytes, sources[i].raster->resident_bytes() * 2 / 5);
     load.texel_bytes = std::max(load.texel_bytes, places[i].placed.front().layout.texel_bytes());
     load.has_pictures = load.has_pictures || info.is_picture;
-    load.has_warped =
-        load.has_warped || std::ranges::any_of(places[i].placed, [](const resample::PlacedSource& p) { return !p.is_aligned; });
+    for (const resample::PlacedSource& placed : places[i].placed) {
+      if (placed.is_aligned) continue;
+      load.has_warped = true;
+      const double samples = std::ceil(placed.warp->most_samples_per_texel(placed.covered)) + 1.0;
+      load.longest_footprint =
+          std::max(load.longest_footprint, static_cast<std::int64_t>(std::min(samples, static_cast<double>(info.width))));
+    }
   }
   const resample::PlacedSource& first = places.front().placed.front();
   const bool is_one_and_whole = sources.size() == 1 && places.front().placed.size() == 1 && first.is_aligned &&

@@ -24,9 +24,11 @@ struct SourceLoad {
   bool has_pictures = false;           // some are read through the picture library
   bool has_planes = false;             // some rectangles have to be put together in filter space
   bool has_warped = false;             // some sources are resampled
+  bool counts_areas = false;           // and texels are of several classes
+  std::int64_t longest_footprint = 0;  // samples under one texel, along one axis of a source that is resampled
 
   // Buffers for the rows that are read at once, `width` texels wide.
-  [[nodiscard]] std::size_t chunk_bytes(std::int64_t width, int planes) const;
+  [[nodiscard]] std::size_t chunk_bytes(std::int64_t width, const channels::ChannelCodec& codec) const;
 };
 
 // `places` belong to `sources` one by one.

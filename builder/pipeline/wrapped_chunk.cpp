@@ -1,6 +1,7 @@
 #include "builder/pipeline/wrapped_chunk.h"
 
 #include <algorithm>
+#include <span>
 
 #include "builder/pipeline/tiers.h"
 
@@ -12,6 +13,10 @@ Result<void> WrappedChunk::load(const LayerPlan& plan, const TexelRect& rect, st
   chunks_.resize(std::max(chunks_.size(), parts_.size()));
   for (std::size_t i = 0; i < parts_.size(); ++i)
     VT_CHECK(plan.sampler->load(from_corner_of(plan.info.data, parts_[i].rect), chunks_[i], content));
+  const std::span<resample::BaseChunk> chunks(chunks_.data(), parts_.size());
+  areas_.clear();
+  if (std::ranges::any_of(chunks, &resample::BaseChunk::has_class_areas))
+    for (resample::BaseChunk& chunk : chunks) areas_.push_back(&chunk.to_class_areas());
   return {};
 }
 
@@ -26,10 +31,9 @@ bool WrappedChunk::decode_row(const channels::ChannelCodec& codec, std::int64_t 
   bool opaque = true;
   for (std::size_t i = 0; i < parts_.size(); ++i) {
     channels::PlaneRow planes = out;
-    for (std::size_t p = 0; p < static_cast<std::size_t>(codec.source_planes()); ++p) planes[p] += parts_[i].offset;
+    for (std::size_t p = 0; p < static_cast<std::size_t>(codec.planes()); ++p) planes[p] += parts_[i].offset;
     opaque = chunks_[i].decode_row(y - rect_.y, planes) && opaque;
   }
-  codec.derive_row(rect_.width, out);
   return opaque;
 }
 

@@ -3,8 +3,10 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <vector>
 
+#include "builder/channels/class_areas.h"
 #include "builder/pipeline/layer_plan.h"
 #include "builder/pyramid/layer_shape.h"
 #include "builder/resample/base_sampler.h"
@@ -20,6 +22,9 @@ class WrappedChunk {
   // Only what load() would add to `content`.
   [[nodiscard]] Result<void> hash(const LayerPlan& plan, const TexelRect& rect, store::ContentHasher& content);
 
+  // Of a layer whose texels may be of several classes: the texels of all rows instead of decode_row(), in parts from west to east.
+  // Otherwise empty.
+  [[nodiscard]] std::span<const channels::ClassAreaBlock* const> class_areas() const { return areas_; }
   // All planes of row `y` of the layer, from column rect.x on; returns whether all weights are exactly 1.
   bool decode_row(const channels::ChannelCodec& codec, std::int64_t y, const channels::PlaneRow& out) const;
   // The texels of row `y` from column `x` on, which lies inside the data, when the bytes of the sources are passed on as they are;
@@ -30,6 +35,7 @@ class WrappedChunk {
   TexelRect rect_;
   std::vector<pyramid::WrappedPart> parts_;
   std::vector<resample::BaseChunk> chunks_;  // one for each part, and perhaps more
+  std::vector<const channels::ClassAreaBlock*> areas_;
 };
 
 }  // namespace vt::pipeline

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "builder/channels/channel_codec.h"
+#include "builder/channels/class_areas.h"
 #include "builder/pyramid/halving_kernel.h"
 #include "builder/pyramid/layer_shape.h"
 #include "store/result.h"
@@ -72,6 +73,9 @@ class Cascade {
   [[nodiscard]] virtual channels::PlaneRow begin_row() = 0;
   // The row is written; `opaque`: all its weights are exactly 1. Passes on every row that can now be finished.
   virtual void end_row(bool opaque, RowSink& sink) = 0;
+  // Instead of begin_row() and end_row(), of layers whose base texels may be of several classes: row `row` (0 = the first) of `areas`,
+  // which follow each other from the first to the last column of the active rectangle.
+  virtual void put_area_row(std::span<const channels::ClassAreaBlock* const> areas, std::int64_t row, RowSink& sink) = 0;
   // An error when a row that was written cannot be part of the layer. The cascade goes on without its data, so asking now and then is
   // enough.
   [[nodiscard]] virtual Result<void> status() const { return {}; }

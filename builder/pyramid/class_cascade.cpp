@@ -15,18 +15,19 @@ using channels::ConstPlaneRow;
 using channels::PlaneRow;
 
 ClassCascade::ClassCascade(std::vector<BlockLevel> levels, const LayerShape& layer, int outputs, const channels::ClassCounting& classes,
-                           int tile_exponent)
+                           int tile_exponent, int area_exponent)
     : Cascade(std::move(levels), outputs),
       layer_(layer),
       classes_(classes),
       planes_(channels::class_planes(classes.ranked)),
-      tile_exponent_(tile_exponent) {
+      tile_exponent_(tile_exponent),
+      base_has_counts_(area_exponent > 0) {
   assert(level_count() > 0 && !level(0).active.empty());
   std::int64_t widest = 0;
   for (int k = 0; k < level_count(); ++k) {
     LevelState state;
     state.plan = level(k);
-    state.texel_area = std::uint64_t{1} << (2 * state.plan.depth);
+    state.texel_area = std::uint64_t{1} << (2 * state.plan.depth + area_exponent);
     state.stride = state.plan.active.width + 2 * kPad;
     state.next_row = state.plan.active.y;
     state.next_emitted = state.plan.core.y;
@@ -67,8 +68,50 @@ PlaneRow ClassCascade::begin_row() {
 
 void ClassCascade::end_row(bool opaque, RowSink& sink) {
   const std::int64_t y = state_[0].next_row;
-  check_classes(row_at(state_[0], y), y, opaque);
+  const PlaneRow row = row_at(state_[0], y);
+  check_classes(row, y, opaque);
+  if (base_has_counts_) {
+    CountRow& counts = state_[0].counts[static_cast<std::size_t>(y & 1)];
+    const std::int64_t width = level(0).active.width;
+    counts.begin(static_cast<std::size_t>(width));
+    for (std::int64_t i = 0; i < width; ++i) {
+      if (row[channels::kClassWeightPlane][i] > 0.0F) counts.add(class_count(static_cast<std::uint32_t>(row[0][i]), state_[0].texel_area));
+      counts.end_texel();
+    }
+    counts.finish();
+  }
   row_is_written(0, opaque, sink);
+}
+
+void ClassCascade::put_area_row(std::span<const channels::ClassAreaBlock* const> areas, std::int64_t row, RowSink& sink) {
+  assert(base_has_counts_);
+  LevelState& base = state_[0];
+  const std::int64_t y = base.next_row;
+  std::int64_t x = level(0).active.x;
+  CountRow& counts = base.counts[static_cast<std::size_t>(y & 1)];
+  counts.begin(0);
+  std::vector<ClassCount> texel;
+  bool all_are_classes = true;
+  for (const channels::ClassAreaBlock* const block : areas)
+    for (std::int64_t i = 0; i < block->rect().width; ++i, ++x) {
+      const std::span<const channels::ClassArea> classes = block->at(block->rect().x + i, block->rect().y + row);
+      for (const channels::ClassArea& one : classes) {
+        if (is_class(one.id)) continue;
+        refuse(one.id, x, y);
+        all_are_classes = false;
+      }
+      texel.clear();
+      if (all_are_classes) count_areas(classes, base.texel_area, texel);
+      counts.append(texel);
+      counts.end_texel();
+    }
+  assert(x == level(0).active.right());
+  counts.finish();
+  row_is_written(0, rank_classes(counts, base.texel_area, classes_.ranked, row_at(base, y)), sink);
+}
+
+bool ClassCascade::is_class(float id) const {
+  return id >= 0.0F && id <= static_cast<float>(classes_.greatest) && id == std::trunc(id) && id != static_cast<float>(classes_.no_data);
 }
 
 void ClassCascade::check_classes(const PlaneRow& row, std::int64_t y, bool& opaque) {
@@ -87,24 +130,25 @@ void ClassCascade::check_classes(const PlaneRow& row, std::int64_t y, bool& opaq
   if (wrong == 0) return;
   std::int64_t at = 0;
   while (!is_wrong(at)) ++at;
-  if (status_) {
-    const bool is_whole = classes[at] == std::trunc(classes[at]);
-    std::array<char, 32> number{};
-    std::snprintf(number.data(), number.size(), "%.9g", static_cast<double>(classes[at]));
-    std::string message =
-        "texel " + std::to_string(level(0).active.x + at) + ", " + std::to_string(y) + " of the finest level is class " + number.data();
-    if (!is_whole) {
-      message += ", but classes are whole numbers; is this a raster of classes, and has it been resampled by its nearest samples?";
-    } else if (classes[at] == no_data) {
-      message += ", which stands for no data in this layer; give it as the source's no-data value, or choose another with no-data-class";
-    } else {
-      message += "; this layer holds classes 0 to " + std::to_string(classes_.greatest);
-      if (classes[at] > greatest && classes_.greatest < 65535) message += ", as r16 it would hold all to 65535";
-    }
-    status_ = fail(ErrorCode::kInvalidData, message);
-  }
+  refuse(classes[at], level(0).active.x + at, y);
   for (int p = 0; p < planes_; ++p) std::fill_n(row[static_cast<std::size_t>(p)], width, 0.0F);
   opaque = false;
+}
+
+void ClassCascade::refuse(float id, std::int64_t x, std::int64_t y) {
+  if (!status_) return;  // the first is the one to tell
+  std::array<char, 32> number{};
+  std::snprintf(number.data(), number.size(), "%.9g", static_cast<double>(id));
+  std::string message = "texel " + std::to_string(x) + ", " + std::to_string(y) + " of the finest level is class " + number.data();
+  if (id != std::trunc(id)) {
+    message += ", but classes are whole numbers; is this a raster of classes, and has it been resampled by its nearest samples?";
+  } else if (id == static_cast<float>(classes_.no_data)) {
+    message += ", which stands for no data in this layer; give it as the source's no-data value, or choose another with no-data-class";
+  } else {
+    message += "; this layer holds classes 0 to " + std::to_string(classes_.greatest);
+    if (id > static_cast<float>(classes_.greatest) && classes_.greatest < 65535) message += ", as r16 it would hold all to 65535";
+  }
+  status_ = fail(ErrorCode::kInvalidData, message);
 }
 
 void ClassCascade::row_is_written(int k, bool opaque, RowSink& sink) {

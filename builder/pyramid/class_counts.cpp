@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 
 namespace vt::pyramid {
 namespace {
@@ -122,6 +123,31 @@ void add_counts(const CountRow& upper, const CountRow& lower, std::int64_t start
     out.end_texel();
   }
   out.finish();
+}
+
+void count_areas(std::span<const channels::ClassArea> classes, std::uint64_t full_area, std::vector<ClassCount>& out) {
+  const auto full = static_cast<double>(full_area);
+  std::vector<double> lost;
+  double without_data = full;
+  std::uint64_t left = full_area;
+  const std::size_t first = out.size();
+  for (const channels::ClassArea& one : classes) {
+    const double exact = std::min(one.area * full, full);
+    const auto whole = static_cast<std::uint64_t>(exact);
+    out.push_back(class_count(static_cast<std::uint32_t>(one.id), whole));
+    lost.push_back(exact - static_cast<double>(whole));
+    without_data -= exact;
+    left -= std::min(left, whole);
+  }
+  const double void_area = std::max(0.0, without_data);
+  left -= std::min(left, static_cast<std::uint64_t>(void_area));
+  lost.push_back(void_area - std::floor(void_area));
+  for (; left > 0; --left) {
+    const auto most = static_cast<std::size_t>(std::ranges::max_element(lost) - lost.begin());
+    if (most < classes.size()) ++out[first + most];
+    lost[most] = -1.0;
+  }
+  std::erase_if(out, [](ClassCount count) { return area_of(count) == 0; });
 }
 
 bool rank_classes(const CountRow& row, std::uint64_t full_area, int ranked, const channels::PlaneRow& out) {

@@ -1,6 +1,6 @@
-// Rows of texels that know how much of their area each class holds. Areas are whole numbers of texels of the layer's finest level, so that
-// sums are exact at every level and in any order; area without data, or outside the data rectangle, is counted for no class. Pure
-// functions, any thread.
+// Rows of texels that know how much of their area each class holds. Areas are whole numbers of texels of the layer's finest level, or of a
+// fixed part of them where these are of several classes themselves, so that sums are exact at every level and in any order; area without
+// data, or outside the data rectangle, is counted for no class. Pure functions, any thread.
 #pragma once
 
 #include <cstddef>
@@ -9,10 +9,11 @@
 #include <vector>
 
 #include "builder/channels/channel_codec.h"
+#include "builder/channels/class_areas.h"
 
 namespace vt::pyramid {
 
-// One class of a texel: the class in the upper 16 bits, its area in the lower 48. Areas are at most 4^23 = 2^46, so sums never reach the
+// One class of a texel: the class in the upper 16 bits, its area in the lower 48. Areas are at most 2^47, so sums never reach the
 // class; the order of the numbers is the order of the classes.
 using ClassCount = std::uint64_t;
 
@@ -74,6 +75,11 @@ struct ClassRow {
 // `count` texels of the next coarser level; texel i covers the columns start + 2 i and start + 2 i + 1 of both rows.
 void count_classes(const ClassRow& upper, const ClassRow& lower, std::int64_t start, std::int64_t count, CountRow& out);
 void add_counts(const CountRow& upper, const CountRow& lower, std::int64_t start, std::int64_t count, CountRow& out);
+
+// Of a texel of `full_area`, appended to `out`: areas rounded to whole ones such that they and the part without data sum to it. Each is
+// rounded down, then those that lost most get one more (the method of largest remainders; of equal remainders the lowest class first, what
+// is without data last).
+void count_areas(std::span<const channels::ClassArea> classes, std::uint64_t full_area, std::vector<ClassCount>& out);
 
 // The planes of channels/class_planes.h of all texels of `row`, each of which covers `full_area`. Of equally frequent classes the lowest
 // comes first. Returns whether all weights are exactly 1.

@@ -46,6 +46,10 @@ void PlaneCascade::row_is_written(int k, RowSink& sink) {
   }
 }
 
+void PlaneCascade::put_area_row(std::span<const channels::ClassAreaBlock* const>, std::int64_t, RowSink&) {
+  assert(false && "only classes have areas");
+}
+
 // A row is passed on as soon as the one below it exists.
 void PlaneCascade::emit_rows(int k, RowSink& sink) {
   const PlaneRows& here = rows(k);

@@ -27,6 +27,8 @@ class PlaneCascade final : public Cascade {
 
   [[nodiscard]] channels::PlaneRow begin_row() override { return rows_[0].begin_row(); }
   void end_row(bool opaque, RowSink& sink) override;
+  // Not for layers of planes.
+  void put_area_row(std::span<const channels::ClassAreaBlock* const> areas, std::int64_t row, RowSink& sink) override;
   [[nodiscard]] Result<void> feed_carry(const CarryTiles& carry, RowSink& sink) override;
   void carry_bytes(std::vector<std::byte>& out) const override;
 

@@ -9,7 +9,8 @@
 namespace vt::resample {
 namespace {
 
-// A new number whenever the same samples would become other texels: blocks built by older rules are then built again.
+// A new number whenever the same samples on the layer's own grid would become other texels: blocks built by older rules are then built
+// again.
 constexpr std::int64_t kRules = 1;
 
 // Numbers in a fixed byte order, so that every machine comes to the same hash.
@@ -77,7 +78,7 @@ std::optional<Method> method_from_name(std::string_view name) {
 
 bool PlacedSource::is_opaque() const {
   const bool may_be_nan = layout.type == SampleType::kFloat32 || layout.type == SampleType::kFloat64;
-  return is_aligned && !may_be_nan && !layout.has_alpha && !layout.nodata;
+  return !may_be_nan && !layout.has_alpha && !layout.nodata;
 }
 
 Result<void> PlacedSource::read(const source::Window& window, std::span<std::byte> out, std::size_t row_pitch_bytes,
@@ -91,21 +92,24 @@ Result<void> PlacedSource::hash(const source::Window& window, store::ContentHash
   return raster->hash(window, bands, content);
 }
 
-void add_mark(const PlacedSource& source, const TexelRect& part, const TexelRect& rect, store::ContentHasher& content) {
+void add_mark(const PlacedSource& source, const TexelRect& part, const TexelRect& window, store::ContentHasher& content) {
   Mark mark;
   mark.add(kRules);
   mark.add(static_cast<std::int64_t>(source.bands.size()));
   for (const int band : source.bands) mark.add(std::int64_t{band});
   add_layout(source.layout, mark);
-  for (const std::int64_t edge : {part.x - rect.x, part.y - rect.y, part.width, part.height}) mark.add(edge);
-  mark.add(std::int64_t{source.is_aligned ? 1 : 0});
-  if (!source.is_aligned) {
-    // The lattice of the warp is fixed to the layer's grid, and the raster's edges decide which samples are repeated.
-    const source::RasterInfo& info = source.raster->info();
-    for (const std::int64_t number : {part.x, part.y, info.width, info.height}) mark.add(number);
-    mark.add(source.warp->facts());
-    mark.add(static_cast<std::int64_t>(source.method));
-  }
+  for (const std::int64_t edge : {part.x - window.x, part.y - window.y, part.width, part.height}) mark.add(edge);
+  mark.add(std::int64_t{1});  // the samples are not moved
+  content.add(mark.bytes());
+}
+
+void add_warp_mark(const GridWarp& warp, Method method, const TexelRect& part, store::ContentHasher& content) {
+  Mark mark;
+  mark.add(std::int64_t{kWarpRules});
+  // The lattice of the warp is fixed to the layer's grid.
+  for (const std::int64_t edge : {part.x, part.y, part.width, part.height}) mark.add(edge);
+  mark.add(warp.facts());
+  mark.add(static_cast<std::int64_t>(method));
   content.add(mark.bytes());
 }
 

@@ -19,13 +19,18 @@
 
 namespace vt::resample {
 
-// How a source on another grid becomes texels.
+// How a source on another grid becomes texels where a texel has no more than one of its samples under it; where it has more, each of them
+// counts by its area, see warped_reader.h.
 enum class Method : std::uint8_t {
   kBilinear,  // between the four nearest samples, in filter space
   kNearest,   // the sample that the texel's centre lies in, as it is
 };
 [[nodiscard]] std::string_view method_name(Method method);  // "bilinear", "nearest"
 [[nodiscard]] std::optional<Method> method_from_name(std::string_view name);
+
+// A new number whenever samples of another grid would become other texels. It is part of what blocks were built from, and of what a layer
+// says of such sources, so that no layer is half of old rules and half of new ones.
+inline constexpr int kWarpRules = 2;
 
 // Coordinates are texels of the layer's finest level, counted from the corner of its data rectangle.
 struct PlacedSource {
@@ -42,12 +47,8 @@ struct PlacedSource {
   TexelRect covered;                     // texels that the source can touch
   Point2 moved;                          // texels by which it was moved onto the grid (nearest); for reports
 
-  // No sample can be without data, so nothing below the source is ever seen.
+  // No sample can be without data, so nothing below them is ever seen.
   [[nodiscard]] bool is_opaque() const;
-  // For aligned sources: the samples under `part`, which lies inside `covered`.
-  [[nodiscard]] source::Window window_of(const TexelRect& part) const {
-    return {part.x - offset_x, part.y - offset_y, part.width, part.height};
-  }
 
   // Samples of `window` with `row_pitch_bytes` from row to row, as RasterSource::read; the window and what was read is added to `content`
   // when it is given.
@@ -57,8 +58,10 @@ struct PlacedSource {
   [[nodiscard]] Result<void> hash(const source::Window& window, store::ContentHasher& content) const;
 };
 
-// All that turns the samples under `part` into texels and is not the samples themselves: the layout, and how the source lies relative to
-// `rect`. Neither the source's name nor its place in a list, so that what is added elsewhere changes nothing here.
-void add_mark(const PlacedSource& source, const TexelRect& part, const TexelRect& rect, store::ContentHasher& content);
+// All that turns samples into values and is not the samples themselves: the layout, and where the samples of `part` lie in `window`, both
+// counted alike. Neither the source's name nor its place in a list, so that what is added elsewhere changes nothing here.
+void add_mark(const PlacedSource& source, const TexelRect& part, const TexelRect& window, store::ContentHasher& content);
+// All that turns the samples of another grid into the texels of `part` of a layer: the warp and its rules.
+void add_warp_mark(const GridWarp& warp, Method method, const TexelRect& part, store::ContentHasher& content);
 
 }  // namespace vt::resample

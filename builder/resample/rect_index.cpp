@@ -6,18 +6,18 @@
 namespace vt::resample {
 namespace {
 
-TexelRect united(const TexelRect& a, const TexelRect& b) {
-  const std::int64_t x = std::min(a.x, b.x);
-  const std::int64_t y = std::min(a.y, b.y);
-  return {x, y, std::max(a.right(), b.right()) - x, std::max(a.bottom(), b.bottom()) - y};
-}
-
 bool meet(const TexelRect& a, const TexelRect& b) { return a.x < b.right() && b.x < a.right() && a.y < b.bottom() && b.y < a.bottom(); }
 
 std::int64_t twice_centre_x(const TexelRect& r) { return r.x + r.right(); }
 std::int64_t twice_centre_y(const TexelRect& r) { return r.y + r.bottom(); }
 
 }  // namespace
+
+TexelRect united(const TexelRect& a, const TexelRect& b) {
+  const std::int64_t x = std::min(a.x, b.x);
+  const std::int64_t y = std::min(a.y, b.y);
+  return {x, y, std::max(a.right(), b.right()) - x, std::max(a.bottom(), b.bottom()) - y};
+}
 
 // Sort-tile-recursive packing (Leutenegger, Lopez, Edgington 1997): rectangles in strips from north to south, each strip from west to east,
 // so that neighbours in the array are neighbours on the ground. Ties are broken by number: the tree depends on nothing but its input.

@@ -36,6 +36,9 @@ class RectIndex {
   std::vector<Node> nodes_;  // lowest layer first, the root last
 };
 
+// The least rectangle around both, which are not empty.
+[[nodiscard]] TexelRect united(const TexelRect& a, const TexelRect& b);
+
 // Whether every texel of `whole` lies in at least one of `parts`.
 [[nodiscard]] bool covers(std::span<const TexelRect> parts, const TexelRect& whole);
 

@@ -25,7 +25,6 @@ Tiles tiles_by_definition(const Case& c, const LayerPlan& plan) {
   for (int p = 0; p < planes; ++p) pointers[static_cast<std::size_t>(p)] = row[static_cast<std::size_t>(p)].data();
   for (std::int64_t y = 0; y < info.data.height; ++y) {
     chunk.decode_row(y, pointers);
-    codec.derive_row(info.data.width, pointers);
     for (std::int64_t x = 0; x < info.data.width; ++x)
       for (int p = 0; p < planes; ++p) image.at(x, y, p) = row[static_cast<std::size_t>(p)][static_cast<std::size_t>(x)];
   }

@@ -19,6 +19,8 @@ struct Case {
   std::optional<TexelFormat> format;
   std::function<double(std::int64_t, std::int64_t, int)> value;
   channels::Options options = {};
+  std::optional<double> gsd_m = {};  // of a layer on another grid than its source's, which has 2 m
+  std::optional<int> epsg = {};
 };
 
 inline double noisy_code(std::int64_t x, std::int64_t y, int band) {
@@ -38,7 +40,8 @@ inline RasterSpec around_the_globe(std::int64_t width, std::int64_t height, int 
           .epsg = 4326};
 }
 
-inline std::vector<Case> cases() {
+// On the grids of their sources.
+inline std::vector<Case> aligned_cases() {
   const auto holes = [](std::int64_t x, std::int64_t y) { return (x / 17) % 4 == 1 && (y / 23) % 3 == 1; };
   const auto translucent = [](std::int64_t x, std::int64_t y, int band) {
     return band < 3                     ? noisy_code(x, y, band)
@@ -254,11 +257,35 @@ inline std::vector<Case> cases() {
   };
 }
 
+// Those of every channel again where each texel lies over several samples: in the source's own system at a ratio that is not whole, and
+// turned by a projection.
+inline std::vector<Case> cases() {
+  std::vector<Case> all = aligned_cases();
+  const std::vector<Case> aligned = all;
+  for (Case c : aligned)
+    for (const char* name : {"translucent_kaiser", "elevation_codes_bounds", "mask", "normal_rgba16_moments", "horizon", "kelvins",
+                             "thermal_basis", "light_halves", "land_cover_mixture"}) {
+      if (c.name != name) continue;
+      c.raster.width = 470;
+      c.raster.height = 350;
+      c.gsd_m = 4.7;
+      c.name = std::string(name) + "_coarser";
+      all.push_back(c);
+      if (c.channel != ChannelType::kColor && c.channel != ChannelType::kElevation && c.channel != ChannelType::kMaterial) continue;
+      c.epsg = 4326;
+      c.name = std::string(name) + "_coarser_in_degrees";
+      all.push_back(c);
+    }
+  return all;
+}
+
 inline LayerRequest request_of(const Case& c, const std::filesystem::path& input) {
   LayerRequest request = request_for({input}, c.channel);
   request.kernel = c.kernel;
   request.format = c.format;
   request.options = c.options;
+  request.gsd_m = c.gsd_m;
+  if (c.epsg) request.crs = geo::Crs::from_epsg(*c.epsg).value();
   return request;
 }
 

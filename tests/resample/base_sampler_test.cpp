@@ -66,7 +66,7 @@ std::array<float, 4> defined_texel(const std::vector<PlacedSource>& sources, std
   for (const PlacedSource& source : sources) {
     if (!source.covered.contains(x, y)) continue;
     std::vector<std::byte> sample(source.layout.texel_bytes());
-    EXPECT_TRUE(source.read(source.window_of({x, y, 1, 1}), sample, sample.size(), nullptr).has_value());
+    EXPECT_TRUE(source.read({x - source.offset_x, y - source.offset_y, 1, 1}, sample, sample.size(), nullptr).has_value());
     std::array<float, 4> above{};
     source.codec->decode_row(sample.data(), 1, {&above[0], &above[1], &above[2], &above[3]});
     for (std::size_t p = 0; p < 4; ++p) below[p] = above[3] == 1.0F ? above[p] : above[p] + (1.0F - above[3]) * below[p];

@@ -1,6 +1,7 @@
 // A raster in memory, bands interleaved.
 #pragma once
 
+#include <algorithm>
 #include <cstring>
 #include <utility>
 #include <vector>
@@ -22,6 +23,7 @@ class MemorySource final : public source::RasterSource {
   [[nodiscard]] Result<void> read(const source::Window& window, std::span<const int> bands, std::span<std::byte> out,
                                   std::size_t row_pitch_bytes, store::ContentHasher* content) const override {
     const std::size_t bytes = sample_bytes(info_.sample_type);
+    largest_read = std::max(largest_read, window.width * window.height);
     for (std::int64_t y = 0; y < window.height; ++y) {
       std::byte* to = out.data() + static_cast<std::size_t>(y) * row_pitch_bytes;
       for (std::int64_t x = 0; x < window.width; ++x)
@@ -46,6 +48,7 @@ class MemorySource final : public source::RasterSource {
   [[nodiscard]] std::uint64_t decoded_bytes() const override { return 0; }
 
   mutable std::vector<std::int64_t> released;  // hints in the order they came
+  mutable std::int64_t largest_read = 0;       // samples
 
  private:
   std::vector<std::byte> samples_;
