@@ -175,8 +175,12 @@ class StoreCheck {
   [[nodiscard]] std::optional<std::span<const std::byte>> check_record_at(const Reference& reference, std::uint64_t key,
                                                                           std::uint32_t raw_bytes, FaultNumber number,
                                                                           const std::string& place) {
+    return check_record_in(bytes_.subspan(reference.offset, reference.record_bytes()), reference, key, raw_bytes, number, place);
+  }
+  [[nodiscard]] std::optional<std::span<const std::byte>> check_record_in(std::span<const std::byte> whole, const Reference& reference,
+                                                                          std::uint64_t key, std::uint32_t raw_bytes, FaultNumber number,
+                                                                          const std::string& place) {
     reachable_bytes_ += reference.record_bytes();
-    const auto whole = bytes_.subspan(reference.offset, reference.record_bytes());
     const std::size_t used = kRecordHeaderBytes + reference.stored_bytes;
     if (!all_zero(whole.subspan(used)))
       add(FaultNumber::kPadding, place, "bytes that pad its record at offset " + std::to_string(reference.offset) + " are not zero");
@@ -187,7 +191,10 @@ class StoreCheck {
   }
 
   [[nodiscard]] std::optional<Catalog> check_catalog(const Reference& reference, std::uint32_t version) {
-    const auto payload = check_record_at(reference, 0, reference.stored_bytes, FaultNumber::kCatalogRecord, "catalog");
+    // A copy: a writer's next catalogs may go where this one is.
+    const auto mapped = bytes_.subspan(reference.offset, reference.record_bytes());
+    const std::vector<std::byte> record(mapped.begin(), mapped.end());
+    const auto payload = check_record_in(record, reference, 0, reference.stored_bytes, FaultNumber::kCatalogRecord, "catalog");
     if (!payload) return std::nullopt;
     auto catalog = decode_catalog(*payload, end_, version);
     if (catalog) return std::move(*catalog);
