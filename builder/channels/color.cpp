@@ -118,10 +118,12 @@ class ColorCodec final : public ChannelCodec {
       if (!(weight >= least_weight_)) continue;
       const double seen = stores_alpha_ ? std::min(static_cast<double>(weight), 1.0) : 1.0;
       for (std::size_t c = 0; c < 3; ++c) {
-        const double wanted = std::clamp(static_cast<double>(reference[c][i]) / weight, 0.0, 1.0);
+        // Sharp kernels ring below black and above white: what is cut off there is no error of a texel, but a loss or a gain of light.
+        const double filtered = static_cast<double>(reference[c][i]) / weight;
+        const double wanted = std::clamp(filtered, 0.0, 1.0);
         const double is = table_.light(static_cast<std::uint8_t>(stored[i * step + static_cast<std::int64_t>(c)] + 0.5F));
         errors[0].add(seen * (is - wanted));
-        errors[0].add_total(seen * wanted, seen * is);
+        errors[0].add_total(seen * filtered, seen * is);
       }
     }
     if (!stores_alpha_) return;
