@@ -347,8 +347,12 @@ Result<void> plan_with_sources(const LayerRequest& request, const std::optional<
     places[i] = place_source(samples[i], plan.resampling, ground, sources[i], bounds.own[i]);
     return {};
   }));
-  if (!request.format)
-    plan.info.format = usual_format(request.channel, first.type, !is_surely_covered(plan.info, plan.crs, sources, places));
+  if (!request.format) {
+    // A layer that is there keeps its format when its sources come to cover more of it, or less.
+    const bool is_known = request.channel == ChannelType::kColor && frame && frame->color_formats.contains(request.name);
+    plan.info.format = is_known ? frame->color_formats.at(request.name)
+                                : usual_format(request.channel, first.type, !is_surely_covered(plan.info, plan.crs, sources, places));
+  }
   const bool samples_are_wide = std::ranges::any_of(samples, [](const ChosenSamples& one) { return channels::is_wide(one.layout.type); });
   channels::ChannelSettings settings = settings_for(request, plan.info, samples_are_wide);
   VT_CHECK(give_codecs(settings, sources, places));

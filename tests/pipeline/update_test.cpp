@@ -127,6 +127,7 @@ TEST_F(Update, TilesOfASourceThatIsGoneGo) {
   write_raster(folder_ / "island.tif", island, original);
   LayerRequest both = request_for({folder_ / "input.tif", folder_ / "island.tif"}, ChannelType::kColor);
   both.name = "isles";
+  both.format = TexelFormat::kRgb8;  // coverage would make tiles of nothing but what is clear
   build(folder_ / "isles.vts", both, {.threads = 2, .block_levels = kBlockLevels});
   const Tiles before = tiles_of(folder_ / "isles.vts", "isles");
 
@@ -134,14 +135,31 @@ TEST_F(Update, TilesOfASourceThatIsGoneGo) {
   RasterSpec sunk = island;
   sunk.nodata = 7.0;
   write_raster(folder_ / "island.tif", sunk, [](std::int64_t, std::int64_t, int) { return 7.0; });
-  // Coverage would change the format, which is no update.
-  both.format = TexelFormat::kRgb8;
   const BuildReport report = build(folder_ / "isles.vts", both, updating());
   EXPECT_GT(report.tile_counts.removed, 0);
   build(folder_ / "anew.vts", both, {.threads = 2, .block_levels = kBlockLevels});
   const Tiles after = tiles_of(folder_ / "isles.vts", "isles");
   EXPECT_LT(after.size(), before.size());
   EXPECT_TRUE(after == tiles_of(folder_ / "anew.vts", "isles"));
+}
+
+// The usual format depends on whether sources cover the layer, but a layer that is there keeps its own.
+TEST_F(Update, AFileThatGoesLeavesTheFormatAsItIs) {
+  RasterSpec east{.width = 64, .height = 64};
+  east.transform.x0 += 64 * east.transform.x_column;
+  write_raster(folder_ / "west.tif", {.width = 64, .height = 64}, original);
+  write_raster(folder_ / "east.tif", east, original);
+  LayerRequest both = request_for({folder_ / "west.tif", folder_ / "east.tif"}, ChannelType::kColor);
+  both.area = Area{east.transform.x0 - 64 * east.transform.x_column, east.transform.y0 - 64 * east.transform.x_column,
+                   east.transform.x0 + 64 * east.transform.x_column, east.transform.y0};
+  build(folder_ / "pair.vts", both, {.threads = 2, .block_levels = kBlockLevels});
+  both.sources.pop_back();
+  const auto plan = plan_layer(both, *existing_frame(folder_ / "pair.vts"), std::size_t{8} << 20);
+  ASSERT_TRUE(plan.has_value()) << plan.error().message;
+  EXPECT_EQ(plan->info.format, TexelFormat::kRgb8);
+  const auto alone = plan_layer(both, std::nullopt, std::size_t{8} << 20);
+  ASSERT_TRUE(alone.has_value()) << alone.error().message;
+  EXPECT_EQ(alone->info.format, TexelFormat::kRgba8) << "where there is no layer yet";
 }
 
 // An update that is stopped leaves an unfinished layer, and going on completes it.
