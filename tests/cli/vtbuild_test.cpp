@@ -154,13 +154,14 @@ TEST_F(VtbuildTest, PipesAndDevicesAreRefusedAtOnce) {
   ASSERT_EQ(::mkfifo((folder_ / "pipe").c_str(), 0600), 0);
   const std::string pipe = (folder_ / "pipe").string();
   for (const std::string& name : {pipe, std::string("/dev/zero")}) {
-    expect_failure({"layer", name, "-o", "x.vts", "--channel", "color"}, 2, {name, "regular file"});
-    expect_failure({"layer", "@" + name, "-o", "x.vts", "--channel", "color"}, 2, {name, "regular file"});
-    expect_failure({"dataset", name, "-o", "x.vts"}, 2, {name, "regular file"});
-    expect_failure({"layer", "scene/materials.tif", "-o", "x.vts", "--channel", "material", "--classes", name}, 2, {name, "regular file"});
+    const std::string kind = name == pipe ? " a pipe" : " a device";
+    expect_failure({"layer", name, "-o", "x.vts", "--channel", "color"}, 2, {name, kind});
+    expect_failure({"layer", "@" + name, "-o", "x.vts", "--channel", "color"}, 2, {name, kind});
+    expect_failure({"dataset", name, "-o", "x.vts"}, 2, {name, kind});
+    expect_failure({"layer", "scene/materials.tif", "-o", "x.vts", "--channel", "material", "--classes", name}, 2, {name, kind});
     write("scene.json", R"({"format": "vt-scene", "version": 1, "name": "n", "layers": [{"name": "c", "channel": "color", "sources": [")" +
                             name + R"("]}]})");
-    expect_failure({"dataset", "scene.json", "-o", "x.vts"}, 2, {name, "regular file"});
+    expect_failure({"dataset", "scene.json", "-o", "x.vts"}, 2, {name, kind});
   }
   EXPECT_FALSE(exists("x.vts"));
 }

@@ -204,8 +204,9 @@ TEST(Area, DecidesTheLayersExtentOnTheSourcesOwnGrid) {
   EXPECT_EQ(layer.data.width, 36);
   EXPECT_EQ(layer.data.height, 22);
   const Tiles tiles = tiles_of(folder / "a.vts", "color");
-  EXPECT_EQ((texel_at<std::uint8_t, 3>(tiles, 5, layer.finest, 6, 2)), (std::array<std::uint8_t, 3>{0, 1, 2}));
-  EXPECT_EQ((texel_at<std::uint8_t, 3>(tiles, 5, layer.finest, 35, 21)), (std::array<std::uint8_t, 3>{29 * 2 + 19, 78, 79}));
+  EXPECT_EQ(layer.format, TexelFormat::kRgba8) << "north and west of the source nothing is known";
+  EXPECT_EQ((texel_at<std::uint8_t, 4>(tiles, 5, layer.finest, 6, 2)), (std::array<std::uint8_t, 4>{0, 1, 2, 255}));
+  EXPECT_EQ((texel_at<std::uint8_t, 4>(tiles, 5, layer.finest, 35, 21)), (std::array<std::uint8_t, 4>{29 * 2 + 19, 78, 79, 255}));
 }
 
 TEST(Area, SourcesOutsideAreLeftOutAndSaidSo) {

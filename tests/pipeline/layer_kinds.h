@@ -1,6 +1,7 @@
 // One small raster for each kind of layer that takes a path of its own through the builder.
 #pragma once
 
+#include <algorithm>
 #include <functional>
 #include <optional>
 #include <string>
@@ -31,12 +32,13 @@ inline double noisy_code(std::int64_t x, std::int64_t y, int band) {
 inline RasterSpec around_the_globe(std::int64_t width, std::int64_t height, int bands = 3, SampleType type = SampleType::kUint8,
                                    std::optional<double> nodata = std::nullopt) {
   const double step = 360.0 / static_cast<double>(width);
+  const double step_down = std::min(step, 140.0 / static_cast<double>(height));  // no further south than 85 degrees
   return {.width = width,
           .height = height,
           .bands = bands,
           .type = type,
           .nodata = nodata,
-          .transform = {-180.0, step, 0.0, 55.0, 0.0, -step},
+          .transform = {-180.0, step, 0.0, 55.0, 0.0, -step_down},
           .epsg = 4326};
 }
 

@@ -242,7 +242,7 @@ TEST(CoarserInsets, AreMeansInsideAMosaic) {
 // Insets on both sides of the line where longitudes jump: columns of one level lie past it, and blocks see across it.
 TEST(CoarserInsets, ClassesAreCountedAcrossTheSeamOfAGlobe) {
   const test::TempFolder folder;
-  constexpr std::int64_t kWidth = 100;  // twice halved whole; the third time a texel holds ground of both ends
+  constexpr std::int64_t kWidth = 260;  // twice halved whole; the third time a texel holds ground of both ends
   constexpr std::int64_t kHeight = 24;
   const auto coarse_class = [](std::int64_t x, std::int64_t y) { return static_cast<int>(1 + hash_noise(x, y, 0) % 2); };
   const auto fine_class = [](std::int64_t x, std::int64_t y) { return static_cast<int>(3 + hash_noise(x, y, 1) % 2); };
@@ -256,7 +256,7 @@ TEST(CoarserInsets, ClassesAreCountedAcrossTheSeamOfAGlobe) {
   inset.transform.y0 += 2 * base.transform.y_row;
   write_raster(folder / "west.tif", inset, [&](auto x, auto y, int) { return fine_class(x, y); });
   inset.transform.x0 = 180.0 - 10 * base.transform.x_column;
-  write_raster(folder / "east.tif", inset, [&](auto x, auto y, int) { return fine_class(x + 360, y); });
+  write_raster(folder / "east.tif", inset, [&](auto x, auto y, int) { return fine_class(x + 4 * (kWidth - 10), y); });
   LayerRequest classes = request_for({folder / "base.tif", folder / "west.tif", folder / "east.tif"}, ChannelType::kMaterial);
   classes.options = {{"mixture", "4"}};
 

@@ -163,7 +163,7 @@ std::vector<double> defined_texel(const PlacedSource& source, std::int64_t x, st
       codec.decode_row(sample.data(), 1, pointers);
       codec.derive_row(1, pointers);
       for (std::size_t p = 0; p < planes; ++p) {
-        if (codec.rules()[p] == channels::PlaneRule::kLinear) sum[p] += covered * static_cast<long double>(values[p]);
+        if (is_sum(codec.rules()[p])) sum[p] += covered * static_cast<long double>(values[p]);
         if (std::max(covered, under) <= static_cast<long double>(kLeastTouch) ||
             values[static_cast<std::size_t>(codec.weight_plane())] == 0.0F)
           continue;
@@ -173,8 +173,11 @@ std::vector<double> defined_texel(const PlacedSource& source, std::int64_t x, st
     }
   std::vector<double> result(planes, std::numeric_limits<double>::quiet_NaN());
   if (area > 0)
-    for (std::size_t p = 0; p < planes; ++p)
-      result[p] = static_cast<double>(codec.rules()[p] == channels::PlaneRule::kLinear ? sum[p] / area : sum[p]);
+    for (std::size_t p = 0; p < planes; ++p) {
+      result[p] = static_cast<double>(is_sum(codec.rules()[p]) ? sum[p] / area : sum[p]);
+      // What a plane and its remainder hold together.
+      if (codec.rules()[p] == channels::PlaneRule::kRemainder) result[p] += std::exchange(result[p - 1], 0.0);
+    }
   return result;
 }
 
@@ -245,7 +248,7 @@ TEST(AreaSampling, ATexelIsTheMeanOfAllThatLiesUnderIt) {
             const double w = wanted[static_cast<std::size_t>(p)];
             const float found = texels.at(x, y, p);
             if (!is_in) {
-              if (sampler.codec().rules()[static_cast<std::size_t>(p)] == channels::PlaneRule::kLinear) {
+              if (is_sum(sampler.codec().rules()[static_cast<std::size_t>(p)])) {
                 ASSERT_EQ(found, 0.0F);
               }
               continue;
@@ -254,10 +257,17 @@ TEST(AreaSampling, ATexelIsTheMeanOfAllThatLiesUnderIt) {
               ASSERT_EQ(found, static_cast<float>(w));
               continue;
             }
+            const auto rule_of = [&](int plane) { return sampler.codec().rules()[static_cast<std::size_t>(plane)]; };
+            if (p + 1 < texels.planes && rule_of(p + 1) == channels::PlaneRule::kRemainder) continue;  // looked at with its remainder
+            if (rule_of(p) == channels::PlaneRule::kRemainder) {
+              const double both = static_cast<double>(texels.at(x, y, p - 1)) + static_cast<double>(found);
+              ASSERT_NEAR(both, w, 1e-12 * std::max(1.0, std::abs(w))) << kind.name << " of " << x << "," << y;
+              continue;
+            }
             // Near an edge a surface's weights are narrower than its footprint along one axis alone: samples beside both may be touched.
             const channels::PlaneRule rule = sampler.codec().rules()[static_cast<std::size_t>(p)];
             const bool is_near_edge = centre.x < 6 || centre.y < 6 || centre.x > 55 || centre.y > 47;
-            if (is_near_edge && rule != channels::PlaneRule::kLinear) {
+            if (is_near_edge && !is_sum(rule)) {
               ASSERT_TRUE(rule == channels::PlaneRule::kLeast ? found <= w : found >= w) << kind.name << " of " << x << "," << y;
               continue;
             }
