@@ -477,8 +477,7 @@ class ValueComparer {
     if (info.alpha_band >= 0 && !(value(bands_.size() - 1) > 0.0)) return kNone;
     const double sample = value(channel);
     const auto& nodata = info.meaning[channel].nodata;
-    const bool is_none =
-        (nodata && channels::nodata_range(info.sample_type, *nodata).contains(sample)) || absent_.code_of_none == sample;
+    const bool is_none = (nodata && channels::nodata_range(info.sample_type, *nodata).contains(sample)) || absent_.code_of_none == sample;
     return is_none ? kNone : sample;
   }
 

@@ -76,7 +76,8 @@ TEST_F(VtinspectExtract, OfHashesThereIsNoPicture) {
   EXPECT_EQ(outcome.exit_code, 1);
   EXPECT_THAT(outcome.err, HasSubstr("s.vts: layer hashes holds hashes, of which there is no picture"));
   EXPECT_EQ(files(), std::vector<std::string>{"s.vts"});
-  EXPECT_THAT(run({"sample", "s.vts", "--layer", "hashes", "--level", "0", "--texel", "3,3"}).out, HasSubstr("value     200, 200, 200, 200"));
+  EXPECT_THAT(run({"sample", "s.vts", "--layer", "hashes", "--level", "0", "--texel", "3,3"}).out,
+              HasSubstr("value     200, 200, 200, 200"));
 }
 
 TEST_F(VtinspectExtract, StraightAlphaStaysStraight) {
