@@ -13,30 +13,17 @@ namespace vt::store {
 namespace {
 
 constexpr std::string_view kMark = ".new-";
-constexpr std::size_t kDigits = 16;
 constexpr int kMostAttempts = 100;
-
-std::string random_digits() {
-  constexpr std::string_view kHex = "0123456789abcdef";
-  std::string digits;
-  const Uuid random = random_uuid();
-  // The first eight bytes, of which four bits are the UUID's version.
-  for (std::size_t i = 0; i < kDigits / 2; ++i) {
-    const auto byte = std::to_integer<unsigned>(random[i]);
-    digits += {kHex[byte / 16], kHex[byte % 16]};
-  }
-  return digits;
-}
 
 // NAME.new-0123456789abcdef, or what older programs wrote: NAME.new- and a decimal number.
 bool is_name_beside(std::string_view name, std::string_view target) {
   if (!name.starts_with(target) || !name.substr(target.size()).starts_with(kMark)) return false;
   const std::string_view digits = name.substr(target.size() + kMark.size());
   const auto all = [&](std::string_view allowed) { return digits.find_first_not_of(allowed) == std::string_view::npos; };
-  return (digits.size() == kDigits && all("0123456789abcdef")) || (!digits.empty() && digits.size() <= 10 && all("0123456789"));
+  return (digits.size() == kRandomDigits && all("0123456789abcdef")) || (!digits.empty() && digits.size() <= 10 && all("0123456789"));
 }
 
-bool is_of_older_programs(std::string_view name) { return name.size() - name.rfind(kMark) - kMark.size() != kDigits; }
+bool is_of_older_programs(std::string_view name) { return name.size() - name.rfind(kMark) - kMark.size() != kRandomDigits; }
 
 // A file with a decimal number in its name may be somebody's own; one that is no whole store is what a writer left.
 bool holds_a_whole_store(const File& file) {

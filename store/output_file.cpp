@@ -1,7 +1,6 @@
 #include "store/output_file.h"
 
 #include <fcntl.h>
-#include <sys/random.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -12,6 +11,8 @@
 #include <string>
 #include <system_error>
 #include <utility>
+
+#include "store/uuid.h"
 
 namespace vt::store {
 namespace {
@@ -71,15 +72,7 @@ int follow_links(std::filesystem::path path, std::filesystem::path& end) {
 }
 
 // ".vt-0123456789abcdef.partial": as long for every target, so that no target's name is too long for it.
-std::string random_name() {
-  std::uint64_t number = 0;
-  // Cannot fail for so few bytes; a number that others can guess would only cost O_EXCL a second try.
-  static_cast<void>(::getrandom(&number, sizeof number, 0));
-  constexpr std::string_view kHex = "0123456789abcdef";
-  std::string name = ".vt-";
-  for (int shift = 60; shift >= 0; shift -= 4) name += kHex[number >> shift & 15U];
-  return name + ".partial";
-}
+std::string random_name() { return ".vt-" + random_digits() + ".partial"; }
 
 // A file without a name gets one through the name that /proc has for its descriptor.
 std::string proc_name(int fd) { return "/proc/self/fd/" + std::to_string(fd); }

@@ -1,5 +1,7 @@
-// The names that stores carry for life.
+// Names that nobody guesses and nothing else has: what stores carry for life, and what files are called for a while.
 #pragma once
+
+#include <string>
 
 #include "store/layout.h"
 
@@ -7,5 +9,9 @@ namespace vt::store {
 
 // RFC 4122, version 4: random. Any thread.
 [[nodiscard]] Uuid random_uuid();
+
+// Hexadecimal, for the name of a file: kRandomDigits of them. Any thread.
+inline constexpr std::size_t kRandomDigits = 16;
+[[nodiscard]] std::string random_digits();
 
 }  // namespace vt::store
