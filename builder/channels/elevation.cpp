@@ -7,7 +7,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
 #include <cstring>
 #include <limits>
 #include <string>
@@ -20,17 +19,12 @@
 #include "builder/channels/nodata.h"
 #include "builder/channels/read_samples.h"
 #include "builder/channels/wide_value.h"
+#include "builder/text/number_text.h"
 
 namespace vt::channels {
 namespace {
 
 constexpr float kNowhere = std::numeric_limits<float>::infinity();  // the least of no heights; its negative is their greatest
-
-std::string number_text(double value) {
-  std::array<char, 32> text{};
-  std::snprintf(text.data(), text.size(), "%.9g", value);
-  return text.data();
-}
 
 struct HeightChoices {
   TexelFormat format = TexelFormat::kR32Float;
@@ -62,7 +56,7 @@ class ElevationCodec final : public ChannelCodec {
       heights.zero_is_nodata = true;
     }
     // Whoever reads the heights can tell that some of them may be none.
-    if (choices.fill) heights.metadata_json = R"({"filled_m": )" + number_text(static_cast<double>(*choices.fill)) + "}";
+    if (choices.fill) heights.metadata_json = R"({"filled_m": )" + text::number_text(static_cast<double>(*choices.fill)) + "}";
     parts_.push_back(heights);
     measures_.push_back({.name = "height", .unit = "m"});
     measures_surface_ = choices.with_surface;
@@ -256,13 +250,13 @@ class ElevationCodec final : public ChannelCodec {
   }
 
   [[nodiscard]] Result<void> misfit(double height) const {
-    const std::string what = "height " + number_text(height) + " m ";
+    const std::string what = "height " + text::number_text(height) + " m ";
     const std::string else_nodata = "; if it is none, say with --nodata which sample value means no data";
     switch (choices_.format) {
       case TexelFormat::kR16:
-        return fail(ErrorCode::kInvalidData, what + "is outside " + number_text(choices_.codes.value(1.0)) + " to " +
-                                                 number_text(choices_.codes.value(CodedHeights::kLargestCode)) +
-                                                 " m, what r16 holds in steps of " + number_text(choices_.codes.quantum) +
+        return fail(ErrorCode::kInvalidData, what + "is outside " + text::number_text(choices_.codes.value(1.0)) + " to " +
+                                                 text::number_text(choices_.codes.value(CodedHeights::kLargestCode)) +
+                                                 " m, what r16 holds in steps of " + text::number_text(choices_.codes.quantum) +
                                                  " m; give --range LOW,HIGH around all heights, or use r32f" + else_nodata);
       case TexelFormat::kR16Float:
         return fail(ErrorCode::kInvalidData, what + "is beyond 65504 m, the most that r16f holds; use r16 or r32f" + else_nodata);
@@ -378,14 +372,15 @@ Result<CodedHeights> choose_codes(const Options& options, const SampleLayout& la
                                        " samples stored as r16 need to know from where to where they go; give --range LOW,HIGH in metres");
   constexpr double kFarthest = 1e9;  // metres
   if (!((*range)[0] < (*range)[1]) || std::abs((*range)[0]) > kFarthest || std::abs((*range)[1]) > kFarthest)
-    return fail(ErrorCode::kUsage, "a range of heights is LOW,HIGH in metres with LOW below HIGH, found " + number_text((*range)[0]) + "," +
-                                       number_text((*range)[1]));
+    return fail(ErrorCode::kUsage, "a range of heights is LOW,HIGH in metres with LOW below HIGH, found " + text::number_text((*range)[0]) +
+                                       "," + text::number_text((*range)[1]));
   VT_ASSIGN(const std::optional<double> asked, number_of(options, "quantum", 1e-5, 1e6));
   const double quantum = asked.value_or(finest_quantum(*range));
   if (!fits(*range, quantum))
-    return fail(ErrorCode::kUsage, "steps of " + number_text(quantum) + " m from " + number_text((*range)[0]) + " to " +
-                                       number_text((*range)[1]) + " m are more than the 65535 codes of r16; the finest power of two is " +
-                                       number_text(finest_quantum(*range)) + " m, or give a smaller --range");
+    return fail(ErrorCode::kUsage, "steps of " + text::number_text(quantum) + " m from " + text::number_text((*range)[0]) + " to " +
+                                       text::number_text((*range)[1]) +
+                                       " m are more than the 65535 codes of r16; the finest power of two is " +
+                                       text::number_text(finest_quantum(*range)) + " m, or give a smaller --range");
   return CodedHeights{.offset = (std::floor((*range)[0] / quantum) - 1.0) * quantum, .quantum = quantum};
 }
 

@@ -13,7 +13,6 @@
 #include <array>
 #include <bit>
 #include <cmath>
-#include <cstdio>
 #include <cstring>
 #include <limits>
 #include <string>
@@ -28,6 +27,7 @@
 #include "builder/channels/read_samples.h"
 #include "builder/channels/srgb.h"
 #include "builder/channels/unblocked_format.h"
+#include "builder/text/number_text.h"
 #include "store/half.h"
 #include "store/rgb9e5.h"
 
@@ -37,12 +37,6 @@ namespace {
 constexpr std::size_t kWeight = 3;
 constexpr float kLargestHalf = 65504.0F;
 constexpr float kLeastStored = 0x1p-25F;  // halves and rgb9e5 round what is not above it to nothing
-
-std::string number_text(double value) {
-  std::array<char, 32> text{};
-  std::snprintf(text.data(), text.size(), "%.6g", value);
-  return text.data();
-}
 
 struct Light {
   Transfer transfer = Transfer::kLinear;  // of the input's codes
@@ -174,7 +168,7 @@ class IlluminationCodec final : public ChannelCodec {
   void describe_losses(TexelFormat format, const std::string& unit) {
     if (format == TexelFormat::kRgba32Float) return;
     const std::string name(format_info(format).name);
-    const auto light_text = [&](double number) { return number_text(stored_scale_ * number) + (unit.empty() ? "" : " " + unit); };
+    const auto light_text = [&](double number) { return text::number_text(stored_scale_ * number, 6) + (unit.empty() ? "" : " " + unit); };
     losses_.push_back({"the light is more than " + light_text(static_cast<double>(limit_)) + ", the most that " + name +
                        " holds in this layer, and that is stored; give a larger --stored-scale, or use rgba32f"});
     losses_.push_back({"there is light, but less than " + light_text(static_cast<double>(kLeastStored)) + ", of which " + name +

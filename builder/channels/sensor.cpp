@@ -9,7 +9,6 @@
 #include <array>
 #include <bit>
 #include <cmath>
-#include <cstdio>
 #include <cstring>
 #include <limits>
 #include <memory>
@@ -28,18 +27,13 @@
 #include "builder/channels/thermal_codec.h"
 #include "builder/channels/unblocked_format.h"
 #include "builder/channels/wide_value.h"
+#include "builder/text/number_text.h"
 
 namespace vt::channels {
 namespace {
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-
-std::string number_text(double value) {
-  std::array<char, 32> text{};
-  std::snprintf(text.data(), text.size(), "%.9g", value);
-  return text.data();
-}
 
 class SensorCodec final : public ChannelCodec {
  public:
@@ -177,12 +171,12 @@ class SensorCodec final : public ChannelCodec {
     }
     if (!has_nodata_)
       void_loss_ = add("there are no data, which " + name + " cannot say: it shows the neighbours' mean, or " +
-                       number_text(number_.least()) + unit + " where they have none; to keep them apart use r16");
+                       text::number_text(number_.least()) + unit + " where they have none; to keep them apart use r16");
     if (is_float_) return;
     const bool is_half = format == TexelFormat::kR16Float;
     // What rounds to the end lies on it.
     const double margin = is_half ? 15.9 : 0.5 * number_.range().scale;
-    const std::string ends = number_text(number_.least()) + " to " + number_text(number_.greatest()) + unit;
+    const std::string ends = text::number_text(number_.least()) + " to " + text::number_text(number_.greatest()) + unit;
     end_loss_ = add("the value lies outside " + ends + (is_half ? ", what r16f holds," : ", what --span gives " + name + ",") +
                     " and the nearer end is stored; " + (is_half ? "use r32f" : "give a wider --span, or use r32f"));
     const auto mean_of_stored = [&](double stored) {

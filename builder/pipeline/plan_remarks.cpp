@@ -9,6 +9,7 @@
 #include "builder/channels/height_unit.h"
 #include "builder/pipeline/source_place.h"
 #include "builder/resample/warped_reader.h"
+#include "builder/text/number_text.h"
 
 namespace vt::pipeline {
 namespace {
@@ -16,20 +17,14 @@ namespace {
 // A mosaic can have a remark for each of its files; a person reads a few.
 constexpr std::size_t kMostRemarks = 8;
 
-std::string number_text(double value) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.9g", value);
-  return text;
-}
-
 // "0.1 * sample + 5 ft": what a file declares of the numbers that a layer reads. Empty: nothing.
 std::string declared_number(const channels::SampleLayout& layout) {
   const double scale = layout.scale.value_or(1.0);
   const double offset = layout.offset.value_or(0.0);
   const std::string unit = layout.unit.empty() ? "" : " in '" + layout.unit + "'";
   if (scale == 1.0 && offset == 0.0) return unit;
-  return " as " + number_text(scale) + " * sample" + (offset == 0.0 ? "" : (offset < 0.0 ? " - " : " + ") + number_text(std::abs(offset))) +
-         unit;
+  return " as " + text::number_text(scale) + " * sample" +
+         (offset == 0.0 ? "" : (offset < 0.0 ? " - " : " + ") + text::number_text(std::abs(offset))) + unit;
 }
 
 // What the file declares of its numbers, and how it is taken.
@@ -53,8 +48,8 @@ void remark_on_numbers(const LayerRequest& request, const OpenSource& source, co
   for (const int band : placed.bands) {
     const source::BandMeaning& meaning = source.raster->info().meaning[static_cast<std::size_t>(band)];
     if (meaning.scale.value_or(1.0) == 1.0 && meaning.offset.value_or(0.0) == 0.0) continue;
-    remarks.add("declares a scale of " + number_text(meaning.scale.value_or(1.0)) + " and an offset of " +
-                    number_text(meaning.offset.value_or(0.0)) + " for its samples, which " +
+    remarks.add("declares a scale of " + text::number_text(meaning.scale.value_or(1.0)) + " and an offset of " +
+                    text::number_text(meaning.offset.value_or(0.0)) + " for its samples, which " +
                     std::string(channel_info(request.channel).name) + " layers do not use",
                 path);
     return;
