@@ -28,11 +28,8 @@ Result<std::optional<DatasetFrame>> existing_frame(const std::filesystem::path& 
   auto crs = geo::Crs::from_json(metadata["crs"]);
   if (!crs) return fail(crs.error().code, path.string() + ": metadata /crs: " + crs.error().message);
   DatasetFrame frame{*crs, reader.description().area};
-  for (const LayerInfo& layer : reader.layers()) {
-    if (layer.role != LayerRole::kTexture) continue;
-    if (layer.channel == ChannelType::kIllumination) frame.stored_light[layer.name] = layer.components[0].scale;
-    if (layer.channel == ChannelType::kColor && layer.state == LayerState::kComplete) frame.color_formats[layer.name] = layer.format;
-  }
+  for (const LayerInfo& layer : reader.layers())
+    if (layer.role == LayerRole::kTexture) frame.layers[layer.name] = layer;
   return frame;
 }
 

@@ -295,15 +295,17 @@ bool chooses_stored_light(const LayerRequest& request, TexelFormat format) {
   return request.channel == ChannelType::kIllumination && format != TexelFormat::kRgba32Float && !request.options.contains("stored-scale");
 }
 
+// The layer of that name and channel that is in the store.
+const LayerInfo* stored_layer(const LayerRequest& request, const std::optional<DatasetFrame>& frame) {
+  if (!frame) return nullptr;
+  const auto found = frame->layers.find(request.name);
+  return found != frame->layers.end() && found->second.channel == request.channel ? &found->second : nullptr;
+}
+
 // A layer that is there keeps its scale, whatever its sources are now.
-Result<double> stored_light_of(const LayerRequest& request, const std::optional<DatasetFrame>& frame, const LayerInfo* existing,
-                               const std::vector<SourcePlaces>& places) {
-  if (existing != nullptr) return existing->components[0].scale;
-  if (frame)
-    if (const auto known = frame->stored_light.find(request.name); known != frame->stored_light.end()) return known->second;
-  std::vector<resample::PlacedSource> first_places;
-  for (const SourcePlaces& one : places) first_places.push_back(one.placed.front());
-  return choose_stored_light(first_places);
+Result<double> stored_light_of(const LayerInfo* stored, std::span<const SourcePlaces> places) {
+  if (stored != nullptr) return stored->components[0].scale;
+  return choose_stored_light(places);
 }
 
 Result<void> plan_with_sources(const LayerRequest& request, const std::optional<DatasetFrame>& frame, const PlanOptions& options,
@@ -347,17 +349,18 @@ Result<void> plan_with_sources(const LayerRequest& request, const std::optional<
     places[i] = place_source(samples[i], plan.resampling, ground, sources[i], bounds.own[i]);
     return {};
   }));
+  const LayerInfo* const stored = stored_layer(request, frame);
   if (!request.format) {
     // A layer that is there keeps its format when its sources come to cover more of it, or less.
-    const bool is_known = request.channel == ChannelType::kColor && frame && frame->color_formats.contains(request.name);
-    plan.info.format = is_known ? frame->color_formats.at(request.name)
-                                : usual_format(request.channel, first.type, !is_surely_covered(plan.info, plan.crs, sources, places));
+    const bool keeps_format = request.channel == ChannelType::kColor && stored != nullptr && stored->state == LayerState::kComplete;
+    plan.info.format =
+        keeps_format ? stored->format : usual_format(request.channel, first.type, !is_surely_covered(plan.info, plan.crs, sources, places));
   }
   const bool samples_are_wide = std::ranges::any_of(samples, [](const ChosenSamples& one) { return channels::is_wide(one.layout.type); });
   channels::ChannelSettings settings = settings_for(request, plan.info, samples_are_wide);
   VT_CHECK(give_codecs(settings, sources, places));
   if (chooses_stored_light(request, plan.info.format)) {
-    VT_ASSIGN(settings.stored_light, stored_light_of(request, frame, options.existing, places));
+    VT_ASSIGN(settings.stored_light, stored_light_of(options.existing != nullptr ? options.existing : stored, places));
     if (settings.stored_light != 1.0) VT_CHECK(give_codecs(settings, sources, places));
   }
   const auto codec_of = [&](std::size_t i) { return places[i].placed.front().codec; };

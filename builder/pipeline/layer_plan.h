@@ -28,8 +28,7 @@ struct DatasetFrame {
   std::optional<Area> area;
   // Of layers that are planned for the same new store: those after them lie over them, in the same turn round the globe.
   std::optional<Area> planned = std::nullopt;
-  std::map<std::string, double> stored_light = {};        // of its illumination layers: the light of the number 1
-  std::map<std::string, TexelFormat> color_formats = {};  // of its complete layers of colour
+  std::map<std::string, LayerInfo> layers = {};  // its textures, by name
 };
 
 struct LayerPlan {

@@ -63,12 +63,12 @@ std::vector<std::int64_t> places(std::int64_t length, std::int64_t wanted) {
 
 }  // namespace
 
-Result<double> choose_stored_light(std::span<const resample::PlacedSource> sources) {
+Result<double> choose_stored_light(std::span<const SourcePlaces> sources) {
   const std::size_t looked_at = std::min(sources.size(), kMostSources);
   const auto windows_across = std::max<std::int64_t>(1, std::llround(std::sqrt(static_cast<double>(kMostWindows / looked_at))));
   LightSeen seen;
   for (std::size_t i = 0; i < looked_at; ++i) {
-    const resample::PlacedSource& source = sources[i * sources.size() / looked_at];
+    const resample::PlacedSource& source = sources[i * sources.size() / looked_at].placed.front();
     const source::RasterInfo& info = source.raster->info();
     for (const std::int64_t y : places(info.height, windows_across))
       for (const std::int64_t x : places(info.width, windows_across))

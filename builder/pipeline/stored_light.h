@@ -3,7 +3,7 @@
 
 #include <span>
 
-#include "builder/resample/placed_source.h"
+#include "builder/pipeline/place_source.h"
 #include "store/result.h"
 
 namespace vt::pipeline {
@@ -14,6 +14,6 @@ namespace vt::pipeline {
 //
 // Looks at a few windows, evenly spread over at most 64 sources, so what it costs does not grow with them, and the same sources always give
 // the same scale. All sources have their codecs; what these make of samples is light. Errors as RasterSource::read.
-[[nodiscard]] Result<double> choose_stored_light(std::span<const resample::PlacedSource> sources);
+[[nodiscard]] Result<double> choose_stored_light(std::span<const SourcePlaces> sources);
 
 }  // namespace vt::pipeline
