@@ -206,7 +206,7 @@ Result<void> note_failure(store::StoreWriter& writer, const BuiltLayer& layer, b
   const auto layers = writer.layers();
   const auto info = std::ranges::find(layers, layer.ids.texture(), &LayerInfo::id);
   if (info == layers.end()) return {};
-  Json metadata = Json::parse(info->metadata_json, nullptr, false);
+  Json metadata = text::json_or_null(info->metadata_json);
   if (!metadata.is_object() || metadata.contains(kFailed) == has_failed) return {};
   if (has_failed) {
     metadata[kFailed] = true;
