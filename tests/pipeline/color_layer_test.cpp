@@ -53,6 +53,32 @@ Codes dark(int most) {
   };
 }
 
+// A sharp kernel rings below black beside a white frame, and codes cut that off: light that was not there. It is reported as what it is,
+// and the light that goes on to coarser levels has none of it.
+TEST(ColorLayer, WhatSharpKernelsLoseIsInTheReport) {
+  const test::TempFolder folder;
+  const auto framed = [](std::int64_t x, std::int64_t y, int) { return std::min({x, y, 1023 - x, 1023 - y}) < 3 ? 255.0 : 60.0; };
+  write_raster(folder / "input.tif", {.width = 1024, .height = 1024}, framed);
+  LayerRequest request = request_for({folder / "input.tif"}, ChannelType::kColor);
+  request.kernel = "kaiser3";
+  request.format = TexelFormat::kRgb8;
+  build(folder / "a.vts", request);
+  const LayerInfo layer = layer_of(folder / "a.vts");
+  const double inner = 1018.0 * 1018 / (1024.0 * 1024);
+  const double truth = inner * light_of(60) + (1 - inner) * light_of(255);
+  const std::vector<double> means = mean_light(folder / "a.vts", layer);
+  const auto rows = nlohmann::json::parse(layer.metadata_json).at("quality").at(0).at("levels");
+  ASSERT_EQ(rows.size(), means.size());
+  double worst = 0.0;
+  for (const auto& row : rows) {
+    const double kept = means[row.at("level").get<std::size_t>()] / truth;
+    // Light goes on in floats, level after level.
+    EXPECT_NEAR(row.at("kept").get<double>(), kept, 2e-5) << "level " << row.at("level");
+    worst = std::max(worst, std::abs(kept - 1.0));
+  }
+  EXPECT_GT(worst, 0.01) << "nothing was cut off";
+}
+
 // A level of n numbers in steps of at most half of their light can be off by 0.5 / sqrt(12 n) by chance, of 2^14 numbers 0.11 %. On the
 // first coarser level every number is a mean of four whole codes: many lie half way between two codes, but for the curve between codes and
 // light, which puts them a little higher, so that they become the upper one. Of codes around 19, 4 % of their light apart, that is 0.5 % if

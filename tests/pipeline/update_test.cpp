@@ -154,9 +154,13 @@ TEST_F(Update, AFileThatGoesLeavesTheFormatAsItIs) {
                    east.transform.x0 + 64 * east.transform.x_column, east.transform.y0};
   build(folder_ / "pair.vts", both, {.threads = 2, .block_levels = kBlockLevels});
   both.sources.pop_back();
-  const auto plan = plan_layer(both, *existing_frame(folder_ / "pair.vts"), std::size_t{8} << 20);
-  ASSERT_TRUE(plan.has_value()) << plan.error().message;
-  EXPECT_EQ(plan->info.format, TexelFormat::kRgb8);
+  const BuildReport report = build(folder_ / "pair.vts", both, updating());
+  EXPECT_GE(report.blocks_changed, 1);
+  EXPECT_EQ(store::StoreReader::open(folder_ / "pair.vts")->find_layer("color")->format, TexelFormat::kRgb8);
+  LayerRequest opaque = both;
+  opaque.format = TexelFormat::kRgb8;
+  build(folder_ / "west.vts", opaque, {.threads = 1, .block_levels = kBlockLevels});
+  EXPECT_TRUE(tiles_of(folder_ / "pair.vts", "color") == tiles_of(folder_ / "west.vts", "color"));
   const auto alone = plan_layer(both, std::nullopt, std::size_t{8} << 20);
   ASSERT_TRUE(alone.has_value()) << alone.error().message;
   EXPECT_EQ(alone->info.format, TexelFormat::kRgba8) << "where there is no layer yet";

@@ -19,7 +19,7 @@ namespace {
 using channels::ChannelSettings;
 using channels::SampleLayout;
 
-// Bands of float32 samples.
+// Bands of samples, as their layout says.
 struct Raster {
   std::int64_t width = 0;
   std::int64_t height = 0;
@@ -49,6 +49,8 @@ PlacedSource placed(const Raster& raster, const ChannelSettings& settings, Sampl
         const double v = raster.value(x, y, b);
         if (layout.type == SampleType::kFloat32)
           put(static_cast<float>(v));
+        else if (layout.type == SampleType::kFloat64)
+          put(v);
         else
           put(static_cast<std::uint8_t>(v));
       }
@@ -386,6 +388,47 @@ TEST(AreaSampling, ALayerAsFineAsItsSourceKeepsRamps) {
         }
       EXPECT_GT(seen, 100) << angle << " " << size;
     }
+}
+
+// A millimetre at 1000 km, of which floats would lose up to 31: between samples, and as the mean of many.
+TEST(AreaSampling, WideHeightsKeepWhatFloatsLose) {
+  const TexelRect layer{0, 0, 16, 14};
+  ChannelSettings settings = kHeights;
+  settings.options = {};
+  settings.samples_are_wide = true;
+  const SampleLayout layout{.type = SampleType::kFloat64, .value_bands = 1};
+  const Raster raster{.width = 61, .height = 53, .bands = 1, .value = [](auto x, auto y, int b) {
+                        return 1e6 + 40.0 * noise(x, y, b) + 0.001 * noise(y, x, b);
+                      }};
+  const auto sample = [&](std::int64_t x, std::int64_t y) { return static_cast<long double>(raster.value(x, y, 0)); };
+  for (const double size : {1.0, 0.25}) {
+    const geo::GeoTransform place{-3.375 * size, size, 0.0, 4.625 * size, 0.0, -size};  // fractions of samples that floats hold
+    const PlacedSource source = placed(raster, settings, layout, place, {0.0, 0.0, 1.0, 1.0}, layer);
+    ASSERT_EQ(source.codec->rules()[1], channels::PlaneRule::kRemainder);
+    const Texels texels = texels_of(BaseSampler({source}, layer.width, layer.height), layer);
+    int seen = 0;
+    for (std::int64_t y = 0; y < layer.height; ++y)
+      for (std::int64_t x = 0; x < layer.width; ++x) {
+        const Point2 p = source.warp->exact({static_cast<double>(x) + 0.5, static_cast<double>(y) + 0.5});
+        if (!(p.x > 3 && p.y > 3 && p.x < 58 && p.y < 50)) continue;
+        long double wanted = 0;
+        if (size == 1.0) {
+          const auto column = static_cast<std::int64_t>(std::floor(p.x - 0.5));
+          const auto row = static_cast<std::int64_t>(std::floor(p.y - 0.5));
+          const long double fx = static_cast<long double>(p.x) - 0.5L - static_cast<long double>(column);
+          const long double fy = static_cast<long double>(p.y) - 0.5L - static_cast<long double>(row);
+          wanted = (1 - fy) * ((1 - fx) * sample(column, row) + fx * sample(column + 1, row)) +
+                   fy * ((1 - fx) * sample(column, row + 1) + fx * sample(column + 1, row + 1));
+        } else {
+          wanted = static_cast<long double>(defined_texel(source, x, y)[1]);  // of both planes
+        }
+        // Two floats hold 48 bits: 2^-29 of a metre at 1000 km.
+        const long double found = static_cast<long double>(texels.at(x, y, 0)) + static_cast<long double>(texels.at(x, y, 1));
+        ASSERT_NEAR(static_cast<double>(found - wanted), 0.0, 0x1p-28) << size << " " << x << "," << y;
+        ++seen;
+      }
+    EXPECT_GT(seen, 80) << size;
+  }
 }
 
 // The figure that the header gives.

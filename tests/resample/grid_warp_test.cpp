@@ -118,6 +118,37 @@ TEST(GridWarp, RastersOfOneGridKnowTheirOffset) {
   }
 }
 
+// A source that lies in a layer in two turns of the globe is two rasters, as far apart as a turn has samples. Where its own system has no
+// turns, they never are one raster: the samples would have the same places.
+TEST(GridWarp, RastersInOtherTurnsAreATurnApart) {
+  const geo::Crs degrees = geo::Crs::from_epsg(4326).value();
+  const GridPlacement grid{-190.0, 60.0, 0.7, 0.7};
+  const geo::GeoTransform west{-180.0, 0.5, 0.0, 60.0, 0.0, -0.5};
+  const geo::GeoTransform east{170.0, 0.5, 0.0, 60.0, 0.0, -0.5};
+  for (const int epsg : {4326, 3857}) {
+    const geo::Crs layer = geo::Crs::from_epsg(epsg).value();
+    const GridWarp here(grid, layer, west, degrees);
+    for (const int turns : {-1, 1, 2}) {
+      const auto itself = here.offset_of(GridWarp(grid, layer, west, degrees, turns), 40, 40);
+      ASSERT_TRUE(itself.has_value()) << turns;
+      EXPECT_EQ(itself->x, 720 * turns);
+      EXPECT_EQ(itself->y, 0);
+    }
+    // 170 degrees east, one turn to the west, is ten degrees beside it.
+    const auto neighbour = here.offset_of(GridWarp(grid, layer, east, degrees, -1), 40, 40);
+    ASSERT_TRUE(neighbour.has_value());
+    EXPECT_EQ(neighbour->x, -20);
+    const auto same_turn = GridWarp(grid, layer, west, degrees, 1).offset_of(GridWarp(grid, layer, east, degrees, 1), 40, 40);
+    ASSERT_TRUE(same_turn.has_value());
+    EXPECT_EQ(same_turn->x, 700);
+  }
+  const geo::Crs utm = geo::Crs::from_epsg(32660).value();
+  const geo::GeoTransform metres{500000.0, 1000.0, 0.0, 5400000.0, 0.0, -1000.0};
+  const GridWarp first(grid, degrees, metres, utm);
+  EXPECT_FALSE(first.offset_of(GridWarp(grid, degrees, metres, utm, -1), 40, 40).has_value());
+  EXPECT_TRUE(first.offset_of(GridWarp(grid, degrees, metres, utm), 40, 40).has_value());
+}
+
 TEST(GridWarp, OneCoordinateSystemIsOneAffineMap) {
   // Texels of 3 by 2 units from (100, 200); samples of 2 by 2 turned by 30 degrees about (90, 210).
   const double c = std::cos(0.5235987755982988) * 2.0;
