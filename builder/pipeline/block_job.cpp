@@ -5,6 +5,7 @@
 #include <string>
 
 #include "builder/pipeline/block_quality.h"
+#include "builder/pipeline/feed_rows.h"
 #include "builder/pyramid/make_cascade.h"
 
 namespace vt::pipeline {
@@ -73,10 +74,9 @@ class BlockJob::Output final : public pyramid::RowSink {
     }
   }
 
-  // Row `y` of the base will come as texels of the first part, not as planes. To be said before its planes are written.
-  void expect_base_texels(std::int64_t y) { has_base_texels_[static_cast<std::size_t>(y - base_core_.y)] = true; }
-
-  void base_texels(std::int64_t y, const std::byte* texels, const channels::ConstPlaneRow& planes, bool opaque) {
+  // Of the base, and its first part; see feed_rows().
+  bool expect_texels(std::int64_t y) { return has_base_texels_[static_cast<std::size_t>(y - base_core_.y)] = true; }
+  void texels(std::int64_t y, const std::byte* texels, const channels::ConstPlaneRow& planes, bool opaque) {
     if (!status_) return;
     const InStage stage(job_.clock_, Stage::kQuantise);
     references_[0].keep(y, planes);
@@ -184,27 +184,10 @@ Result<void> BlockJob::feed_from_sources(pyramid::Cascade& cascade, Output& outp
       const InStage stage(clock_, Stage::kRead);
       VT_CHECK(chunk_.load(plan_, rect, &content_));
     }
-    for (std::int64_t row = rect.y; row < rect.bottom(); ++row) {
-      if (!chunk_.class_areas().empty()) {
-        cascade.put_area_row(chunk_.class_areas(), row - rect.y, output);
-        continue;
-      }
-      const channels::PlaneRow planes = cascade.begin_row();
-      const Stage before = clock_.enter(Stage::kDecode);
-      const bool opaque = chunk_.decode_row(codec, row, planes);
-      clock_.enter(before);
-      const std::byte* texels = chunk_.texel_row(codec, row, core.x);
-      const bool is_texels = texels != nullptr && row >= core.y && row < core.bottom();
-      // Rows of planes come out one row late: the texels of this row follow what ending it sends on.
-      if (is_texels) output.expect_base_texels(row);
-      cascade.end_row(opaque, output);
-      if (is_texels) {
-        channels::ConstPlaneRow core_planes{};
-        for (int p = 0; p < codec.planes(); ++p)
-          core_planes[static_cast<std::size_t>(p)] = planes[static_cast<std::size_t>(p)] + (core.x - active.x);
-        output.base_texels(row, texels, core_planes, opaque);
-      }
-    }
+    feed_rows(chunk_, rect, codec, cascade, output, [&](std::int64_t y, const channels::PlaneRow& planes) {
+      const InStage decoding(clock_, Stage::kDecode);
+      return chunk_.decode_row(codec, y, planes);
+    });
     VT_CHECK(cascade.status());
     VT_CHECK(output.status());
     const TexelRect done = intersect(core, {core.x, rect.y, core.width, rect.height});

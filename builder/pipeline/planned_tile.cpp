@@ -6,6 +6,7 @@
 #include <span>
 
 #include "builder/encode/tile_band.h"
+#include "builder/pipeline/feed_rows.h"
 #include "builder/pipeline/tiers.h"
 #include "builder/pyramid/make_cascade.h"
 
@@ -48,8 +49,8 @@ class PlannedTiles::Sink final : public pyramid::RowSink {
     if (!added) status_ = add_texel_by_texel(y, rows, added.error());
   }
 
-  // Row `y` will come as texels, not as planes. To be said before its planes are sent on.
-  void expect_texels(std::int64_t y) { comes_as_texels_[static_cast<std::size_t>(y - core_.y)] = true; }
+  // See feed_rows(): bytes of the sources that are passed on keep what clear texels hold. They are those of the first part.
+  bool expect_texels(std::int64_t y) { return comes_as_texels_[static_cast<std::size_t>(y - core_.y)] = part_ == 0; }
   void texels(std::int64_t y, const std::byte* texels, const channels::ConstPlaneRow& planes, bool opaque) {
     if (status_) band_.add_texels(y, texels, planes, opaque);
   }
@@ -125,24 +126,8 @@ Result<void> PlannedTiles::make(TileId tile, PlannedTile& out) {
   for (std::int64_t y = active.y; y < active.bottom(); y += kChunkRows) {
     const TexelRect rows{active.x, y, active.width, std::min(kChunkRows, active.bottom() - y)};
     VT_CHECK(chunk_.load(plan_, rows));
-    for (std::int64_t row = 0; row < rows.height; ++row) {
-      if (!chunk_.class_areas().empty()) {
-        cascade->put_area_row(chunk_.class_areas(), row, sink);
-        continue;
-      }
-      const channels::PlaneRow planes = cascade->begin_row();
-      const std::int64_t at = y + row;
-      const bool opaque = chunk_.decode_row(*plan_.codec, at, planes);
-      const std::byte* texels = part_ == 0 && at >= core.y && at < core.bottom() ? chunk_.texel_row(*plan_.codec, at, core.x) : nullptr;
-      // As in a build: bytes of the sources that are passed on keep what clear texels hold.
-      if (texels != nullptr) sink.expect_texels(at);
-      cascade->end_row(opaque, sink);
-      if (texels == nullptr) continue;
-      const std::int64_t west = core.x - active.x;
-      channels::ConstPlaneRow core_planes{};
-      for (std::size_t p = 0; p < static_cast<std::size_t>(plan_.codec->planes()); ++p) core_planes[p] = planes[p] + west;
-      sink.texels(at, texels, core_planes, opaque);
-    }
+    feed_rows(chunk_, rows, *plan_.codec, *cascade, sink,
+              [&](std::int64_t at, const channels::PlaneRow& planes) { return chunk_.decode_row(*plan_.codec, at, planes); });
   }
   VT_CHECK(cascade->status());
   return sink.finish();
