@@ -81,33 +81,33 @@ std::shared_ptr<BlockCache> cache_of(const OpenOptions& options) {
 Result<void> apply_options(const OpenOptions& options, RasterInfo& info) {
   info.crs = options.crs ? options.crs : info.declared_crs;
   if (!info.crs && info.declared_crs_text.empty()) info.crs = options.fallback_crs;
-  if (options.extent) {
-    Area area = *options.extent;
-    const std::optional<double> turn = info.crs ? info.crs->turn() : std::nullopt;
-    if (turn && area.west > area.east) area.east += *turn;  // across the antimeridian
-    const bool sane = std::isfinite(area.west) && std::isfinite(area.south) && area.west < area.east && area.south < area.north &&
-                      std::isfinite(area.east) && std::isfinite(area.north);
-    if (!sane) {
-      return fail(ErrorCode::kUsage, fmt::format("{}: extent west {} south {} east {} north {}: wanted west < east and south < north",
-                                                 info.path.string(), area.west, area.south, area.east, area.north));
-    }
-    const geo::GeoTransform own = info.transform;
-    info.transform = geo::GeoTransform{.x0 = area.west,
-                                       .x_column = (area.east - area.west) / static_cast<double>(info.width),
-                                       .x_row = 0.0,
-                                       .y0 = area.north,
-                                       .y_column = 0.0,
-                                       .y_row = -(area.north - area.south) / static_cast<double>(info.height)};
-    if (!info.place_problem.empty() || (info.has_transform && !is_same_place(own, info.transform, info)))
-      info.unused.push_back({.what = "a place of its own", .instead = "the extent that is given counts"});
-    info.has_transform = true;
-  } else if (!info.has_transform) {
-    VT_ASSIGN(const auto transform, read_world_file(info.path));
-    if (transform) {
-      info.transform = *transform;
-      info.has_transform = true;
-    }
+  // What the file says, or a world file beside it.
+  const Result<std::optional<geo::GeoTransform>> own =
+      info.has_transform ? Result<std::optional<geo::GeoTransform>>(info.transform) : read_world_file(info.path);
+  if (!options.extent) {
+    if (!own) return tl::unexpected(own.error());
+    if (*own) info.transform = **own;
+    info.has_transform = own->has_value();
+    return {};
   }
+  Area area = *options.extent;
+  const std::optional<double> turn = info.crs ? info.crs->turn() : std::nullopt;
+  if (turn && area.west > area.east) area.east += *turn;  // across the antimeridian
+  const bool sane = std::isfinite(area.west) && std::isfinite(area.south) && area.west < area.east && area.south < area.north &&
+                    std::isfinite(area.east) && std::isfinite(area.north);
+  if (!sane) {
+    return fail(ErrorCode::kUsage, fmt::format("{}: extent west {} south {} east {} north {}: wanted west < east and south < north",
+                                               info.path.string(), area.west, area.south, area.east, area.north));
+  }
+  info.transform = geo::GeoTransform{.x0 = area.west,
+                                     .x_column = (area.east - area.west) / static_cast<double>(info.width),
+                                     .x_row = 0.0,
+                                     .y0 = area.north,
+                                     .y_column = 0.0,
+                                     .y_row = -(area.north - area.south) / static_cast<double>(info.height)};
+  info.has_transform = true;
+  if (!info.place_problem.empty() || !own || (*own && !is_same_place(**own, info.transform, info)))
+    info.unused.push_back({.what = "a place of its own", .instead = "the extent that is given counts"});
   return {};
 }
 

@@ -1,6 +1,8 @@
 // Which CRS counts, and which coordinates are possible in it: silent guesses put rasters thousands of kilometres off.
 #include <gtest/gtest.h>
 
+#include <fstream>
+
 #include "tests/pipeline/small_builds.h"
 #include "tests/support/raw_tiff.h"
 
@@ -17,6 +19,14 @@ class SourcePlace : public testing::Test {
     if (!keys.empty()) raw.shorts(34735, keys);
     if (!ascii.empty()) raw.bytes(34737, 2, ascii);
     raw.doubles(34264, {t.x_column, t.x_row, 0, t.x0, t.y_column, t.y_row, 0, t.y0, 0, 0, 0, 0, 0, 0, 0, 1});
+    return written(raw);
+  }
+  std::filesystem::path tiff_without_place(const std::vector<std::uint16_t>& keys) {
+    test::RawTiff raw = test::RawTiff::grey(64, 64);
+    raw.shorts(34735, keys);
+    return written(raw);
+  }
+  std::filesystem::path written(test::RawTiff& raw) {
     const auto path = folder_ / ("a" + std::to_string(files_++) + ".tif");
     raw.write(path);
     return path;
@@ -158,6 +168,21 @@ TEST_F(SourcePlace, AnExtentThatReplacesTheFilesOwnPlaceIsSaid) {
   const auto warnings = warnings_of(request);
   ASSERT_EQ(warnings.size(), 1U);
   EXPECT_TRUE(has(warnings[0], "a place of its own, which is not used: the extent")) << warnings[0];
+
+  // A world file beside it counts likewise, whether it can be read or not.
+  const std::filesystem::path bare = tiff_without_place({1, 1, 0, 2, 1024, 0, 1, 1, 3072, 0, 1, 32633});
+  LayerRequest beside = request_for({bare}, ChannelType::kColor);
+  beside.sources[0].extent = Area{500000.0, 4999360.0, 500640.0, 5000000.0};
+  EXPECT_EQ(warnings_of(beside).size(), 0U);
+  for (const auto& [text, count] :
+       {std::pair{"10 0 0 -10 500005 4999995", 0U}, std::pair{"10 0 0 -10 700005 4999995", 1U}, std::pair{"10 0 what", 1U}}) {
+    std::ofstream(std::filesystem::path(bare).replace_extension(".tfw")) << text;
+    const auto remarks = warnings_of(beside);
+    ASSERT_EQ(remarks.size(), count) << text;
+    if (count > 0) {
+      EXPECT_TRUE(has(remarks[0], "a place of its own, which is not used: the extent")) << remarks[0];
+    }
+  }
 }
 
 TEST_F(SourcePlace, AMosaicNamesTheFileThatStrays) {
