@@ -216,9 +216,11 @@ Result<void> note_failure(store::StoreWriter& writer, const BuiltLayer& layer, b
   return writer.set_metadata(info->id, metadata.dump());
 }
 
+bool was_ever_complete(const LayerInfo& layer) { return state_of(layer).was_complete; }
+
 Result<bool> holds_built_work(const store::StoreWriter& writer) {
   for (const LayerInfo& layer : writer.layers()) {
-    if (layer.role == LayerRole::kTexture && state_of(layer).was_complete) return true;
+    if (layer.role == LayerRole::kTexture && was_ever_complete(layer)) return true;
     VT_ASSIGN(const std::uint64_t built, BlockMarks::count_built(writer, layer));
     if (built > 0) return true;
   }

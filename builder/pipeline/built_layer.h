@@ -34,6 +34,8 @@ struct BuiltLayer {
 // Notes in a layer that was never complete whether its build has failed for its data, so that it can only be built with another command or
 // other data. Does not commit.
 [[nodiscard]] Result<void> note_failure(store::StoreWriter& writer, const BuiltLayer& layer, bool has_failed);
+// Whether the layer is complete, or was before an update of it was stopped.
+[[nodiscard]] bool was_ever_complete(const LayerInfo& layer);
 // Whether the store holds anything that a build has come to: a complete layer, or a block of an unfinished one.
 [[nodiscard]] Result<bool> holds_built_work(const store::StoreWriter& writer);
 

@@ -9,6 +9,7 @@
 
 #include "builder/channels/channel_options.h"
 #include "builder/channels/wide_value.h"
+#include "builder/pipeline/built_layer.h"
 #include "builder/pipeline/error_list.h"
 #include "builder/pipeline/globe_turns.h"
 #include "builder/pipeline/layer_grid.h"
@@ -352,7 +353,7 @@ Result<void> plan_with_sources(const LayerRequest& request, const std::optional<
   const LayerInfo* const stored = stored_layer(request, frame);
   if (!request.format) {
     // A layer that is there keeps its format when its sources come to cover more of it, or less.
-    const bool keeps_format = request.channel == ChannelType::kColor && stored != nullptr && stored->state == LayerState::kComplete;
+    const bool keeps_format = request.channel == ChannelType::kColor && stored != nullptr && was_ever_complete(*stored);
     plan.info.format =
         keeps_format ? stored->format : usual_format(request.channel, first.type, !is_surely_covered(plan.info, plan.crs, sources, places));
   }

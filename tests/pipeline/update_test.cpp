@@ -154,6 +154,17 @@ TEST_F(Update, AFileThatGoesLeavesTheFormatAsItIs) {
                    east.transform.x0 + 64 * east.transform.x_column, east.transform.y0};
   build(folder_ / "pair.vts", both, {.threads = 2, .block_levels = kBlockLevels});
   both.sources.pop_back();
+  {  // An update that is stopped and run again is the same update.
+    const auto plan = plan_layer(both, *existing_frame(folder_ / "pair.vts"), std::size_t{8} << 20);
+    ASSERT_TRUE(plan.has_value()) << plan.error().message;
+    std::atomic<bool> cancel{false};
+    BuildOptions stopping = updating();
+    stopping.cancel = &cancel;
+    stopping.progress = [&](std::uint64_t, std::uint64_t) { cancel = true; };
+    auto writer = open_or_create(folder_ / "pair.vts", plan->crs, plan->extent());
+    ASSERT_EQ(build_layer(*writer, *plan, stopping).error().code, ErrorCode::kCancelled);
+  }
+  ASSERT_EQ(store::StoreReader::open(folder_ / "pair.vts")->find_layer("color")->state, LayerState::kBuilding);
   const BuildReport report = build(folder_ / "pair.vts", both, updating());
   EXPECT_GE(report.blocks_changed, 1);
   EXPECT_EQ(store::StoreReader::open(folder_ / "pair.vts")->find_layer("color")->format, TexelFormat::kRgb8);
