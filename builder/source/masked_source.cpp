@@ -144,8 +144,17 @@ Result<std::unique_ptr<TiffDecoder>> find_mask_inside(const std::shared_ptr<cons
   VT_ASSIGN(const auto owner, TiffHandle::open(file));
   TiffHandle& handle = *owner;
   std::unique_ptr<TiffDecoder> mask;
-  for (int directory = 1; directory < kMaxDirectories && TIFFReadDirectory(handle.get()) == 1; ++directory) {
+  for (int directory = 1; directory < kMaxDirectories && TIFFLastDirectory(handle.get()) == 0; ++directory) {
+    handle.clear_messages();
+    const bool was_read = TIFFReadDirectory(handle.get()) == 1;
     if (handle.io_error()) break;
+    // Whether it is that of a mask, which decides what is data, is written in it.
+    if (!was_read)
+      return fail(
+          ErrorCode::kInvalidData,
+          fmt::format("{}: its directory {} cannot be read ({}), and could be that of a mask; write the picture alone into a new file, "
+                      "for example with gdal_translate -mask none",
+                      file->path().string(), directory, handle.error()));
     std::uint32_t type = 0;
     TIFFGetField(handle.get(), TIFFTAG_SUBFILETYPE, &type);
     if ((type & FILETYPE_REDUCEDIMAGE) != 0) continue;
