@@ -24,7 +24,7 @@ constexpr auto kOptions = std::to_array<OptionInfo>({
     {ChannelType::kNormal, "moments", "none|lean", "store means and mean squares of the slopes as well (default: none)"},
     {ChannelType::kHorizon, "azimuths", "DEGREES,...",
      "direction of each band, clockwise from north (default: 90,270 of two, evenly from north of more)"},
-    {ChannelType::kHorizon, "angles", "rad|deg", "unit of the input's angles (default: rad)"},
+    {ChannelType::kHorizon, "angles", "rad|deg", "unit of the input's angles (default: the one that the file declares, else rad)"},
     {ChannelType::kHorizon, "deviations", "none|given",
      "whether bands are single angles, or pairs of mean and standard deviation (default: none)"},
     {ChannelType::kHorizon, "span", "LOW,HIGH",

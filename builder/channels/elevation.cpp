@@ -13,9 +13,9 @@
 
 #include "builder/channels/channel_makers.h"
 #include "builder/channels/channel_options.h"
+#include "builder/channels/declared_unit.h"
 #include "builder/channels/format_of_channels.h"
 #include "builder/channels/height_forms.h"
-#include "builder/channels/height_unit.h"
 #include "builder/channels/nodata.h"
 #include "builder/channels/read_samples.h"
 #include "builder/channels/wide_value.h"

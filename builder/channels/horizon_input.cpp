@@ -10,6 +10,7 @@
 
 #include "builder/channels/angle.h"
 #include "builder/channels/channel_options.h"
+#include "builder/channels/declared_unit.h"
 #include "builder/channels/nodata.h"
 
 namespace vt::channels {
@@ -139,16 +140,25 @@ std::string azimuth_name(double azimuth_deg) {
   return text.data();
 }
 
+// Radians of one: what the user says, else what the file declares, else radians.
+Result<double> choose_angle_unit(const Options& options, const SampleLayout& layout) {
+  constexpr std::array<std::string_view, 2> kChoices{"rad", "deg"};
+  VT_ASSIGN(const std::string given, choice_of(options, "angles", kChoices[0], kChoices));
+  const bool is_declared = !options.contains("angles") && !layout.unit.empty();
+  if (const auto radians = radians_of_unit(is_declared ? layout.unit : given)) return *radians;
+  return fail(ErrorCode::kInvalidData,
+              "declares its angles in '" + layout.unit +
+                  "', which is no unit of angles that is known; say what they are with --angles rad or --angles deg");
+}
+
 Result<HorizonInput> choose_horizon_input(const Options& options, const SampleLayout& layout) {
-  constexpr std::array<std::string_view, 2> kUnits{"rad", "deg"};
   constexpr std::array<std::string_view, 2> kDeviations{"none", "given"};
-  VT_ASSIGN(const std::string unit, choice_of(options, "angles", kUnits[0], kUnits));
+  VT_ASSIGN(const double radians_per_unit, choose_angle_unit(options, layout));
   VT_ASSIGN(const std::string deviations, choice_of(options, "deviations", kDeviations[0], kDeviations));
-  HorizonInput input{.layout = layout, .has_deviations = deviations == kDeviations[1]};
-  if (unit == kUnits[1]) input.radians_per_unit = kRadiansPerDegree;
+  HorizonInput input{.layout = layout, .radians_per_unit = radians_per_unit, .has_deviations = deviations == kDeviations[1]};
   input.radians_of_zero = layout.offset.value_or(0.0) * input.radians_per_unit;
   input.radians_per_unit *= layout.scale.value_or(1.0);
-  if (unit == kUnits[0] && !layout.scale && layout.type != SampleType::kFloat32 && layout.type != SampleType::kFloat64)
+  if (radians_per_unit == 1.0 && !layout.scale && layout.type != SampleType::kFloat32 && layout.type != SampleType::kFloat64)
     return fail(ErrorCode::kUsage, std::string("horizons from ") + sample_name(layout.type) +
                                        " samples cannot be radians; if they are degrees, say --angles deg");
   if (layout.range)

@@ -136,6 +136,36 @@ std::optional<double> other_full_scale(const RasterInfo& info, int band) {
   return full == full_scale(info.sample_type) ? std::nullopt : std::optional(full);
 }
 
+// What the file declares of the numbers in `bands`, which have to agree: a layer has one scale, offset and unit.
+Result<void> choose_numbers(const OpenSource& source, const std::vector<int>& bands, channels::SampleLayout& layout) {
+  const RasterInfo& info = source.raster->info();
+  const BandMeaning& first = meaning_of(info, bands.front());
+  const auto is_same = [&](int band) {
+    const BandMeaning& other = meaning_of(info, band);
+    return other.scale.value_or(1.0) == first.scale.value_or(1.0) && other.offset.value_or(0.0) == first.offset.value_or(0.0) &&
+           other.unit == first.unit;
+  };
+  if (const auto other = std::ranges::find_if_not(bands, is_same); other != bands.end())
+    return fail(ErrorCode::kInvalidData, source.request.path.string() + ": bands " + std::to_string(bands.front() + 1) + " and " +
+                                             std::to_string(*other + 1) +
+                                             " declare different scales, offsets or units, and a layer has one for all; write the "
+                                             "values themselves into the file first, for example with gdal_translate -unscale -ot Float32");
+  layout.scale = first.scale;
+  layout.offset = first.offset;
+  layout.unit = first.unit;
+  return {};
+}
+
+// What the file says of heights, where the band does not say it itself.
+void take_heights(const source::HeightMeaning& heights, channels::SampleLayout& layout) {
+  if (layout.unit.empty()) layout.unit = heights.unit;
+  layout.counts_down = heights.counts_down;
+  if (!layout.scale && !layout.offset) {
+    layout.scale = heights.scale;
+    layout.offset = heights.offset;
+  }
+}
+
 }  // namespace
 
 Result<ChosenSamples> choose_samples(const LayerRequest& request, const OpenSource& source) {
@@ -145,14 +175,9 @@ Result<ChosenSamples> choose_samples(const LayerRequest& request, const OpenSour
   chosen.layout.value_bands = static_cast<int>(bands.values.size());
   VT_ASSIGN(chosen.layout.nodata, choose_nodata(source, bands.values));
   if (!bands.values.empty()) {
-    const BandMeaning& first = meaning_of(info, bands.values.front());
     chosen.layout.value_full_scale = other_full_scale(info, bands.values.front());
-    if (channels::applies_declared_scale(request.channel)) {
-      chosen.layout.scale = first.scale;
-      chosen.layout.offset = first.offset;
-      chosen.layout.unit = first.unit;
-      chosen.layout.counts_down = first.counts_down;
-    }
+    if (channels::applies_declared_scale(request.channel)) VT_CHECK(choose_numbers(source, bands.values, chosen.layout));
+    if (request.channel == ChannelType::kElevation) take_heights(info.heights, chosen.layout);
   }
   if (bands.coverage != kNoBand) {
     chosen.bands.push_back(bands.coverage);

@@ -6,7 +6,7 @@
 #include <filesystem>
 
 #include "builder/channels/channel_codec.h"
-#include "builder/channels/height_unit.h"
+#include "builder/channels/declared_unit.h"
 #include "builder/pipeline/source_place.h"
 #include "builder/resample/warped_reader.h"
 #include "builder/text/number_text.h"
@@ -38,7 +38,7 @@ void remark_on_numbers(const LayerRequest& request, const OpenSource& source, co
     const std::string text = declared_number(declared);
     if (!text.empty()) {
       std::string given;
-      for (const char* option : {"input-scale", "input-offset", "input-unit"})
+      for (const char* option : {"input-scale", "input-offset", "input-unit", "angles"})
         if (request.options.contains(option)) given += (given.empty() ? "" : ", ") + std::string(option);
       remarks.add("its values are declared" + text + (given.empty() ? ", and taken so" : "; what " + given + " says goes before that"),
                   path);

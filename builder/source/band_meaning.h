@@ -27,8 +27,16 @@ struct BandMeaning {
   std::optional<double> scale;   // value = offset + scale * sample, where the file declares it
   std::optional<double> offset;  // likewise
   std::string unit;              // of that value, in the file's own words; "" when it does not say
-  bool counts_down = false;      // of heights: numbers are depths
   std::optional<double> nodata;  // the sample that means "no data", as the file declares it
+};
+
+// What a file says of its samples in case they are heights, and of nothing else: its coordinates are of three dimensions. Which band holds
+// heights it does not say. What a band declares of itself goes before this.
+struct HeightMeaning {
+  std::string unit;              // as BandMeaning has it
+  std::optional<double> scale;   // value = offset + scale * sample, in `unit`
+  std::optional<double> offset;  // likewise
+  bool counts_down = false;      // numbers are depths
 };
 
 // Of the names that GDAL gives to colour interpretations: "Red", "Alpha", ...; kOther for what is none of ours.

@@ -216,18 +216,11 @@ class GeoTiffSource final : public RasterSource {
   CellStore image_cells_;
 };
 
-// What the GeoKeys say about heights is said of every band that does not say it itself: which band holds heights is the user's choice.
-void apply_heights(const TiffPlace& place, RasterInfo& info) {
+void note_heights(const TiffPlace& place, RasterInfo& info) {
   if (!place.keys.vertical) return;
   const geo::VerticalMeaning& vertical = *place.keys.vertical;
-  for (BandMeaning& band : info.meaning) {
-    if (band.unit.empty() && vertical.metres_per_unit) band.unit = fmt::format("{} m", *vertical.metres_per_unit);
-    band.counts_down = vertical.counts_down;
-    if (!band.scale && !band.offset) {
-      band.scale = place.height_scale;
-      band.offset = place.height_offset;
-    }
-  }
+  info.heights = {.scale = place.height_scale, .offset = place.height_offset, .counts_down = vertical.counts_down};
+  if (vertical.metres_per_unit) info.heights.unit = fmt::format("{} m", *vertical.metres_per_unit);
   if (!vertical.name.empty())
     info.unused.push_back({.what = fmt::format("the vertical datum {}", vertical.name), .concern = Concern::kHeights});
 }
@@ -265,7 +258,7 @@ Result<std::unique_ptr<RasterSource>> open_geotiff(std::shared_ptr<const FileByt
     info.transform = *place.transform;
     info.has_transform = true;
   }
-  apply_heights(place, info);
+  note_heights(place, info);
   info.place_problem = std::move(place.problem);
   info.unused.insert(info.unused.end(), place.unused.begin(), place.unused.end());
   VT_CHECK(apply_options(options, info));

@@ -41,6 +41,7 @@ struct RasterInfo {
   int bands = 0;  // a mask, inside the file or beside it, counts as one more band, the last
   SampleType sample_type = SampleType::kUint8;
   std::vector<BandMeaning> meaning;    // of each band
+  HeightMeaning heights;               // of whichever band holds heights
   int alpha_band = -1;                 // index of the coverage band (declared alpha, or the mask); -1: none
   bool alpha_is_mask = false;          // it is a mask: no band of the raster itself
   bool alpha_is_straightened = false;  // the file's colours are multiplied by their coverage; what read() gives are not

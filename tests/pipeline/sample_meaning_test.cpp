@@ -348,6 +348,68 @@ TEST_F(SampleMeaning, SensorsTakeScaleAndUnit) {
   EXPECT_NE(reader->find_layer("sensor")->metadata_json.find("W/(m2 sr um)"), std::string::npos) << "the layer is in the file's unit";
 }
 
+// A raster with a vertical CRS says what its numbers are in case they are heights. Radiance on such coordinates is no height.
+TEST_F(SampleMeaning, WhatIsSaidOfHeightsIsSaidOfNothingElse) {
+  RawTiff tiff;
+  tiff.page(page_of(std::vector<float>(kCount, 300.0F))).utm33().doubles(33550, {10.0, 10.0, 2.0}).shorts(34735, {1,    1, 0, 4,
+                                                                                                                  1024, 0, 1, 1,
+                                                                                                                  1025, 0, 1, 1,
+                                                                                                                  3072, 0, 1, 32633,
+                                                                                                                  4096, 0, 1, 6360});
+  const double foot = 1200.0 / 3937.0;
+  EXPECT_NEAR(build_from(tiff, of(ChannelType::kElevation)).at(1, 1), 600.0 * foot, 1e-4);
+  EXPECT_EQ(build_from(tiff, of(ChannelType::kSensor)).at(1, 1), 300.0);
+  EXPECT_EQ(store::StoreReader::open(store_)->find_layer("sensor")->metadata_json.find("0.3048"), std::string::npos);
+  const channels::Options kelvin{{"quantity", "temperature"}, {"band", "8,12"}, {"store", "temperature"}};
+  EXPECT_NEAR(build_from(tiff, of(ChannelType::kSensor, kelvin)).at(1, 1), 300.0, 1e-3);
+  LayerRequest color = of(ChannelType::kColor);
+  color.range = {{0.0, 1000.0}};
+  EXPECT_EQ(warnings(tiff, color).find("scale"), std::string::npos);
+  // What the band says of itself goes before it.
+  tiff.text(kMetadata, noted(item(0, "scale", "3") + item(0, "unittype", "m")));
+  EXPECT_NEAR(build_from(tiff, of(ChannelType::kElevation)).at(1, 1), 900.0, 1e-4);
+}
+
+TEST_F(SampleMeaning, HorizonsTakeTheUnitOfTheirAngles) {
+  const auto horizons_in = [](const std::string& unit, double factor) {
+    std::vector<float> samples;
+    for (std::size_t i = 0; i < 2 * kCount; ++i) samples.push_back(static_cast<float>(factor * (0.1 + 0.001 * static_cast<double>(i))));
+    RawTiff tiff;
+    tiff.page(page_of(samples, 2)).utm33();
+    if (!unit.empty()) tiff.text(kMetadata, noted(item(0, "unittype", unit) + item(1, "unittype", unit)));
+    return tiff;
+  };
+  const auto tiles_with = [&](const RawTiff& tiff, const channels::Options& options) {
+    build_from(tiff, of(ChannelType::kHorizon, options));
+    return tiles_of(store_, "horizon");
+  };
+  const double degrees = 57.29577951308232;
+  const channels::Options none{{"azimuths", "90,270"}};
+  const channels::Options in_degrees{{"azimuths", "90,270"}, {"angles", "deg"}};
+  const channels::Options in_radians{{"azimuths", "90,270"}, {"angles", "rad"}};
+  const Tiles wanted = tiles_with(horizons_in("", degrees), in_degrees);
+  EXPECT_TRUE(tiles_with(horizons_in("Degrees", degrees), none) == wanted);
+  EXPECT_TRUE(tiles_with(horizons_in("deg", degrees), none) == wanted);
+  EXPECT_FALSE(tiles_with(horizons_in("", 1.0), none) == Tiles{});
+  EXPECT_TRUE(tiles_with(horizons_in("radian", 1.0), none) == tiles_with(horizons_in("", 1.0), none));
+  EXPECT_TRUE(tiles_with(horizons_in("deg", 1.0), in_radians) == tiles_with(horizons_in("", 1.0), none)) << "who gives a unit knows better";
+  const std::string refused = refusal(horizons_in("gon", 60.0), of(ChannelType::kHorizon, none));
+  EXPECT_NE(refused.find("'gon'"), std::string::npos) << refused;
+  EXPECT_NE(refused.find("--angles"), std::string::npos) << refused;
+}
+
+// A layer has one scale and one unit for all its bands, so bands that differ cannot be one.
+TEST_F(SampleMeaning, BandsThatDeclareDifferentNumbersAreRefused) {
+  RawTiff tiff;
+  tiff.page(page_of(std::vector<float>(2 * kCount, 0.5F), 2))
+      .utm33()
+      .text(kMetadata, noted(item(0, "scale", "1") + item(1, "scale", "0.5")));
+  const channels::Options east_and_west{{"azimuths", "90,270"}};
+  const std::string refused = refusal(tiff, of(ChannelType::kHorizon, east_and_west));
+  EXPECT_NE(refused.find("bands 1 and 2"), std::string::npos) << refused;
+  EXPECT_NE(refused.find("gdal_translate"), std::string::npos) << refused;
+}
+
 TEST_F(SampleMeaning, AScaleThatAChannelDoesNotUseIsMentioned) {
   RawTiff tiff;
   tiff.page(page_of(std::vector<std::uint8_t>(kCount, 40))).utm33().text(kMetadata, noted(item(0, "scale", "0.5")));

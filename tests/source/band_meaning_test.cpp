@@ -278,14 +278,15 @@ TEST_F(BandMeaningTest, ScalesUnitsAndHeights) {
     directory.insert(directory.end(), keys.begin(), keys.end());
     return heights.shorts(34735, directory);
   };
-  EXPECT_EQ(open(with_vertical({4099, 0, 1, 9002}))->info().meaning[0].unit, "0.3048 m");
+  EXPECT_EQ(open(with_vertical({4099, 0, 1, 9002}))->info().heights.unit, "0.3048 m");
   const auto us_feet = open(with_vertical({4096, 0, 1, 6360}));
-  EXPECT_EQ(us_feet->info().meaning[0].unit.substr(0, 10), "0.30480060");
+  EXPECT_EQ(us_feet->info().heights.unit.substr(0, 10), "0.30480060");
   EXPECT_TRUE(mentions(us_feet->info(), "EPSG:6360")) << "the datum itself is not used";
-  EXPECT_FALSE(us_feet->info().meaning[0].counts_down);
-  EXPECT_TRUE(open(with_vertical({4096, 0, 1, 5715}))->info().meaning[0].counts_down) << "mean sea level depth";
-  EXPECT_EQ(open(with_vertical({4096, 0, 1, 5773}))->info().meaning[0].unit, "1 m");
-  EXPECT_EQ(open(with_vertical({4096, 0, 1, 5103}))->info().meaning[0].unit, "") << "a GeoTIFF 1.0 number, which names no unit";
+  EXPECT_FALSE(us_feet->info().heights.counts_down);
+  EXPECT_TRUE(open(with_vertical({4096, 0, 1, 5715}))->info().heights.counts_down) << "mean sea level depth";
+  EXPECT_EQ(open(with_vertical({4096, 0, 1, 5773}))->info().heights.unit, "1 m");
+  EXPECT_EQ(open(with_vertical({4096, 0, 1, 5773}))->info().meaning[0].unit, "") << "the band itself says nothing";
+  EXPECT_EQ(open(with_vertical({4096, 0, 1, 5103}))->info().heights.unit, "") << "a GeoTIFF 1.0 number, which names no unit";
 }
 
 TEST_F(BandMeaningTest, WhatIsNotUsedIsListedByName) {
@@ -310,7 +311,6 @@ TEST_F(BandMeaningTest, TagsThatPointOutOfTheFileAreErrors) {
   RawTiff tiff;
   tiff.page({.width = 1, .height = 1, .bits = 16, .pixels = std::string(2, '\1')}).utm33().text(kNodata, "-9999.5");
   const std::string good = tiff.bytes();
-  int refused = 0;
   // The place of the text is the only mention of its offset in the directory.
   const auto text_at = static_cast<std::uint32_t>(good.find("-9999.5"));
   std::string damaged = good;

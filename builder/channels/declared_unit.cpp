@@ -1,10 +1,12 @@
-#include "builder/channels/height_unit.h"
+#include "builder/channels/declared_unit.h"
 
 #include <algorithm>
 #include <array>
 #include <charconv>
 #include <cmath>
 #include <string>
+
+#include "builder/channels/angle.h"
 
 namespace vt::channels {
 namespace {
@@ -14,10 +16,10 @@ constexpr double kUsSurveyFoot = 1200.0 / 3937.0;
 
 struct Row {
   std::string_view name;  // lower case, single spaces
-  double metres;
+  double size;            // in metres or radians
 };
 
-constexpr std::array kUnits = std::to_array<Row>({
+constexpr std::array kLengths = std::to_array<Row>({
     {"m", 1.0},
     {"metre", 1.0},
     {"metres", 1.0},
@@ -70,6 +72,17 @@ constexpr std::array kUnits = std::to_array<Row>({
     {"fathoms", 1.8288},
 });
 
+constexpr std::array kAngles = std::to_array<Row>({
+    {"rad", 1.0},
+    {"radian", 1.0},
+    {"radians", 1.0},
+    {"mrad", 0.001},
+    {"deg", kRadiansPerDegree},
+    {"degree", kRadiansPerDegree},
+    {"degrees", kRadiansPerDegree},
+    {"\u00B0", kRadiansPerDegree},
+});
+
 // Lower case, without white space around and with single spaces between the words.
 std::string plain(std::string_view text) {
   std::string result;
@@ -89,13 +102,19 @@ std::string plain(std::string_view text) {
 
 std::optional<double> metres_of_unit(std::string_view unit) {
   const std::string name = plain(unit);
-  const auto* const row = std::ranges::find(kUnits, std::string_view(name), &Row::name);
-  if (row != kUnits.end()) return row->metres;
+  const auto* const row = std::ranges::find(kLengths, std::string_view(name), &Row::name);
+  if (row != kLengths.end()) return row->size;
   double metres = 0.0;
   const auto [end, status] = std::from_chars(name.data(), name.data() + name.size(), metres);
   const std::string_view rest(end, static_cast<std::size_t>(name.data() + name.size() - end));
   if (status != std::errc{} || !std::isfinite(metres) || metres <= 0.0 || (rest != "m" && rest != " m")) return std::nullopt;
   return metres;
+}
+
+std::optional<double> radians_of_unit(std::string_view unit) {
+  const std::string name = plain(unit);
+  const auto* const row = std::ranges::find(kAngles, std::string_view(name), &Row::name);
+  return row != kAngles.end() ? std::optional(row->size) : std::nullopt;
 }
 
 }  // namespace vt::channels
