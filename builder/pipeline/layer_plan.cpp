@@ -303,9 +303,10 @@ const LayerInfo* stored_layer(const LayerRequest& request, const std::optional<D
   return found != frame->layers.end() && found->second.channel == request.channel ? &found->second : nullptr;
 }
 
-// A layer that is there keeps its scale, whatever its sources are now.
+// A layer that is there keeps its scale, whatever its sources are now. One that never came to its end is there for nobody but the command
+// that began it, whose sources it has.
 Result<double> stored_light_of(const LayerInfo* stored, std::span<const SourcePlaces> places) {
-  if (stored != nullptr) return stored->components[0].scale;
+  if (stored != nullptr && was_ever_complete(*stored)) return stored->components[0].scale;
   return choose_stored_light(places);
 }
 

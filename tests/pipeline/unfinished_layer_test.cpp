@@ -96,6 +96,31 @@ TEST_F(UnfinishedLayer, ThatNeverCameToAnythingGivesWayToACorrectedCommand) {
   expect_as_new(request("kaiser3"));
 }
 
+// Dim light was begun with, and bright light is built: what is stored suits the light that is there.
+TEST_F(UnfinishedLayer, ThatGivesWayLeavesNoScaleOfLightBehind) {
+  const auto light_of = [&](double factor) {
+    const std::filesystem::path path = folder_ / (factor < 1.0 ? "dim.tif" : "bright.tif");
+    write_raster(path, {.width = 300, .height = 300, .type = SampleType::kFloat32},
+                 [&](std::int64_t x, std::int64_t y, int band) { return factor * (1.0 + hash_noise(x, y, band) % 100); });
+    LayerRequest wanted = request_for({path}, ChannelType::kIllumination);
+    wanted.tile_texels = 32;
+    wanted.format = TexelFormat::kRgba16Float;
+    return wanted;
+  };
+  interrupt(light_of(1e-6), 0);
+  const auto scale_of = [](const std::filesystem::path& store) {
+    return store::StoreReader::open(store)->find_layer("illumination")->components[0].scale;
+  };
+  const double dim = scale_of(store_);
+  ASSERT_LT(dim, 1e-3);
+  LayerRequest bright = light_of(1000.0);
+  const Attempt corrected = run(bright);
+  ASSERT_FALSE(corrected.error) << corrected.error->message;
+  build(folder_ / "fresh.vts", bright, {.threads = 1, .block_levels = 1});
+  EXPECT_EQ(scale_of(store_), scale_of(folder_ / "fresh.vts"));
+  EXPECT_TRUE(tiles_of(store_, "illumination") == tiles_of(folder_ / "fresh.vts", "illumination"));
+}
+
 TEST_F(UnfinishedLayer, ThatFailedForItsDataGivesWayWhateverItCameTo) {
   write_input(one_code);
   spoil_input();
