@@ -18,6 +18,34 @@ Result<Reference> PageCache::find(LayerId layer, TileId tile) {
   return found;
 }
 
+// Whether anything lies below the page's slot for `morton`: on the disk, or in a page that was never written.
+bool PageCache::has_child(const Page& page, std::uint64_t morton) const {
+  if (page.entries[static_cast<std::size_t>(page_slot(morton, page.name.height))].present()) return true;
+  if (page.name.height == 0) return false;
+  const int below = page.name.height - 1;
+  return pages_.contains({record_key(page.layer, page.level, page_first_morton(morton, below)), below});
+}
+
+Result<std::optional<std::uint64_t>> PageCache::first_from(LayerId layer, Level level, std::uint64_t morton) {
+  const std::uint64_t end = std::uint64_t{1} << (2 * level.value);
+  int height = top_height(level);
+  while (morton < end) {
+    VT_ASSIGN(const Page* at, page(layer, tile_from_morton(level, morton), height, IfAbsent::kGiveNull));
+    const bool is_page = at != nullptr;
+    const bool leads_on = is_page && has_child(*at, morton);
+    VT_CHECK(make_room());
+    if (leads_on && height == 0) return morton;
+    if (leads_on) {
+      --height;
+    } else {  // on to the next slot, or past all that a page would hold; from the top again, since that may be in another page
+      const std::uint64_t step = std::uint64_t{1} << (kPageBits * (is_page ? height : height + 1));
+      morton = (morton / step + 1) * step;
+      height = top_height(level);
+    }
+  }
+  return std::optional<std::uint64_t>();
+}
+
 Result<Reference> PageCache::exchange(LayerId layer, TileId tile, const Reference& reference) {
   VT_ASSIGN(Page * leaf, page(layer, tile, 0, IfAbsent::kMake));
   Reference& entry = leaf->entries[static_cast<std::size_t>(page_slot(morton_code(tile.x, tile.y), 0))];

@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <list>
 #include <memory>
+#include <optional>
 #include <unordered_map>
 #include <vector>
 
@@ -37,6 +38,8 @@ class PageCache {
 
   // The entry of a tile; absent when there is none.
   [[nodiscard]] Result<Reference> find(LayerId layer, TileId tile);
+  // The Morton code of the first tile of the level at `morton` or after it; nullopt when there is none.
+  [[nodiscard]] Result<std::optional<std::uint64_t>> first_from(LayerId layer, Level level, std::uint64_t morton);
   // Sets it and gives the one it replaces.
   [[nodiscard]] Result<Reference> exchange(LayerId layer, TileId tile, const Reference& reference);
   // Appends every changed page, children first, and sets the roots.
@@ -69,6 +72,7 @@ class PageCache {
   enum class IfAbsent { kGiveNull, kMake };
 
   [[nodiscard]] Result<Page*> page(LayerId layer, TileId tile, int height, IfAbsent if_absent);
+  [[nodiscard]] bool has_child(const Page& page, std::uint64_t morton) const;
   [[nodiscard]] Result<void> write(Page& page);
   [[nodiscard]] Result<void> make_room();
 

@@ -568,6 +568,13 @@ bool StoreWriter::contains(LayerId id, TileId tile) const {
 Result<StoreWriter::Impl::Entry> StoreWriter::Impl::entry(LayerId id, TileId tile) {
   const std::lock_guard lock(mutex);
   VT_ASSIGN(const CatalogLayer* layer, check_tile(id, tile));
+Result<std::optional<TileId>> StoreWriter::next_tile(LayerId id, Level level, std::optional<TileId> after) const {
+  const std::lock_guard lock(impl_->mutex);
+  VT_CHECK(impl_->check_tile(id, after.value_or(TileId{level, 0, 0})));
+  VT_ASSIGN(const auto found, impl_->pages.first_from(id, level, after ? morton_code(after->x, after->y) + 1 : 0));
+  return found ? std::optional(tile_from_morton(level, *found)) : std::nullopt;
+}
+
   Entry entry;
   VT_ASSIGN(entry.reference, pages.find(id, tile));
   entry.place = tile_place(layer->info, tile);

@@ -80,6 +80,9 @@ class StoreWriter {
   [[nodiscard]] Result<void> remove(LayerId layer, TileId tile);
 
   [[nodiscard]] bool contains(LayerId layer, TileId tile) const;  // committed or not
+  // The tiles of a level one after another, in Morton order, committed or not: the one that follows `after`, the first for nullopt. Empty:
+  // no more. Costs the pages of the index that are there, whatever the layer's size.
+  [[nodiscard]] Result<std::optional<TileId>> next_tile(LayerId layer, Level level, std::optional<TileId> after) const;
   // The tile is there, committed or not, with exactly these stored bytes. False says nothing more: the same texels may be stored otherwise.
   [[nodiscard]] Result<bool> holds(LayerId layer, TileId tile, const PayloadView& payload) const;
   [[nodiscard]] Result<bool> holds_constant(LayerId layer, TileId tile, std::span<const std::byte> block) const;

@@ -71,18 +71,17 @@ Result<void> BlockMarks::begin(const Tier& tier, std::int64_t index) {
   return writer_.contains(layer_, mark_tile(tier, index)) ? Result<void>() : set(tier, index, kStaleMark);
 }
 
-Result<std::uint64_t> BlockMarks::count_built(const store::StoreWriter& writer, const LayerInfo& layer) {
-  std::uint64_t built = 0;
-  for (std::uint8_t level = 0; level <= layer.finest.value && layer.role == LayerRole::kCarry && layer.format == TexelFormat::kHash128;
-       ++level) {
-    const TexelRect tiles = layer.tile_rect(Level{level});
-    for (std::int64_t y = tiles.y; y < tiles.bottom(); ++y)
-      for (std::int64_t x = tiles.x; x < tiles.right(); ++x) {
-        VT_ASSIGN(const auto mark, mark_at(writer, layer.id, {Level{level}, static_cast<std::uint32_t>(x), static_cast<std::uint32_t>(y)}));
-        built += mark && *mark != kStaleMark ? 1 : 0;
-      }
+Result<bool> BlockMarks::any_built(const store::StoreWriter& writer, const LayerInfo& layer) {
+  if (layer.role != LayerRole::kCarry || layer.format != TexelFormat::kHash128) return false;
+  for (std::uint8_t level = 0; level <= layer.finest.value; ++level) {
+    VT_ASSIGN(std::optional<TileId> tile, writer.next_tile(layer.id, Level{level}, std::nullopt));
+    while (tile) {
+      VT_ASSIGN(const auto mark, mark_at(writer, layer.id, *tile));
+      if (mark && *mark != kStaleMark) return true;
+      VT_ASSIGN(tile, writer.next_tile(layer.id, Level{level}, tile));
+    }
   }
-  return built;
+  return false;
 }
 
 }  // namespace vt::pipeline

@@ -30,8 +30,8 @@ class BlockMarks {
   // know.
   [[nodiscard]] Result<void> begin(const Tier& tier, std::int64_t index);
 
-  // Blocks that `layer` says are built; none when it is no layer of marks.
-  [[nodiscard]] static Result<std::uint64_t> count_built(const store::StoreWriter& writer, const LayerInfo& layer);
+  // Whether `layer` says that any block is built; none is when it is no layer of marks.
+  [[nodiscard]] static Result<bool> any_built(const store::StoreWriter& writer, const LayerInfo& layer);
 
  private:
   store::StoreWriter& writer_;

@@ -100,8 +100,8 @@ Result<bool> gives_way(const store::StoreWriter& writer, const LayerPlan& plan, 
   if (state.has_failed) return true;
   const auto marks = writer.find_layer(BlockMarks::describe(plan, 1).name);
   if (!marks || marks->role != LayerRole::kCarry || marks->owner != existing.id) return false;
-  VT_ASSIGN(const std::uint64_t built, BlockMarks::count_built(writer, *marks));
-  return built == 0;
+  VT_ASSIGN(const bool has_built, BlockMarks::any_built(writer, *marks));
+  return !has_built;
 }
 
 Result<BuiltLayer> open_existing(const store::StoreWriter& writer, const LayerPlan& plan, const LayerInfo& existing,
@@ -221,8 +221,8 @@ bool was_ever_complete(const LayerInfo& layer) { return state_of(layer).was_comp
 Result<bool> holds_built_work(const store::StoreWriter& writer) {
   for (const LayerInfo& layer : writer.layers()) {
     if (layer.role == LayerRole::kTexture && was_ever_complete(layer)) return true;
-    VT_ASSIGN(const std::uint64_t built, BlockMarks::count_built(writer, layer));
-    if (built > 0) return true;
+    VT_ASSIGN(const bool has_built, BlockMarks::any_built(writer, layer));
+    if (has_built) return true;
   }
   return false;
 }

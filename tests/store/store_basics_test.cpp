@@ -39,6 +39,49 @@ TEST(Store, KeepsEveryFormatRawAndCompressed) {
   EXPECT_EQ(read_all(reader), truth);
 }
 
+// In Morton order, whatever lies in the file and whatever only in memory yet.
+TEST(Store, AWriterNamesItsTilesOneAfterAnother) {
+  const TempFolder folder;
+  const LayerInfo layer = small_layer("a", TexelFormat::kRgb8, 2, 12);  // pages of three heights
+  const std::vector<std::byte> block(3, std::byte{7});
+  std::mt19937_64 random(1);
+  std::map<std::uint64_t, TileId> wanted;
+  const auto expect_all = [&](const StoreWriter& writer, LayerId id, Level level) {
+    std::vector<TileId> found;
+    std::optional<TileId> tile;
+    while ((tile = value_of(writer.next_tile(id, level, tile)))) found.push_back(*tile);
+    std::vector<TileId> all;
+    for (const auto& [morton, one] : wanted) all.push_back(one);
+    EXPECT_EQ(found, all);
+  };
+  LayerId id;
+  {
+    StoreWriter writer = value_of(StoreWriter::create(folder / "a.vts", {}));
+    id = value_of(writer.add_layer(layer));
+    expect_all(writer, id, Level{12});
+    for (int round = 0; round < 3; ++round) {
+      for (int i = 0; i < 40; ++i) {
+        // Neighbours, corners, and tiles far from all others.
+        const auto at = [&] {
+          return static_cast<std::uint32_t>(i % 4 == 0 ? random() % 2 * 4095 : i % 4 == 1 ? random() % 40 : random() % 4096);
+        };
+        const TileId tile = tile_at(12, at(), at());
+        succeed(writer.put_constant(id, tile, block));
+        wanted[morton_code(tile.x, tile.y)] = tile;
+      }
+      const TileId gone = wanted.begin()->second;
+      succeed(writer.remove(id, gone));
+      wanted.erase(wanted.begin());
+      expect_all(writer, id, Level{12});
+      succeed(writer.commit());
+      expect_all(writer, id, Level{12});
+    }
+    EXPECT_FALSE(value_of(writer.next_tile(id, Level{11}, std::nullopt)));
+    EXPECT_EQ(writer.next_tile(id, Level{13}, std::nullopt).error().code, ErrorCode::kUsage);
+  }
+  expect_all(value_of(StoreWriter::open(folder / "a.vts")), id, Level{12});
+}
+
 TEST(Store, KeepsEveryFieldOfALayerAndOfTheDataset) {
   const TempFolder folder;
   const StoreDescription description{.area = {.west = 179.0, .south = -12.25, .east = 181.5, .north = -10.0},
