@@ -181,6 +181,10 @@ Result<bool> File::is_at(const std::filesystem::path& path) const {
   return opened.st_dev == named.st_dev && opened.st_ino == named.st_ino;
 }
 
+void File::remove_own_name() const {
+  if (const auto is_own = still_named(); is_own && *is_own) ::unlink(path_.c_str());
+}
+
 Result<void> File::take_owner_and_mode_of(const File& other) {
   struct stat own = {};
   struct stat wanted = {};
@@ -222,10 +226,10 @@ Result<void> replace_file(const std::filesystem::path& from, const std::filesyst
   int failed = exchange();
   if (failed == 0) {
     // Only now it is certain what had the name.
-    VT_ASSIGN(const bool is_right, replaced.is_at(from));
-    if (!is_right) {
+    const Result<bool> is_right = replaced.is_at(from);
+    if (!is_right || !*is_right) {
       if (failed = exchange(); failed != 0) return cannot_rename(from, to, failed);
-      return taken();
+      return is_right ? taken() : tl::unexpected(is_right.error());
     }
     if (::unlink(from.c_str()) != 0)
       return fail(ErrorCode::kIo, from.string() + ": the file that was replaced cannot be removed: " + reason(errno));

@@ -52,6 +52,9 @@ class File {
   // False when path() names another file by now, or nothing: something was put in the place of this one after it was opened.
   [[nodiscard]] Result<bool> still_named() const { return is_at(path_); }
   [[nodiscard]] Result<bool> is_at(const std::filesystem::path& path) const;
+  // Removes path() where it still names this file: another that took the name meanwhile, or was given it, is nobody's to remove. For a file
+  // that is given up; what fails leaves a leftover.
+  void remove_own_name() const;
   // Owner, group and permissions become those of `other`; kIo when they cannot.
   [[nodiscard]] Result<void> take_owner_and_mode_of(const File& other);
   [[nodiscard]] Result<void> close();

@@ -27,8 +27,7 @@ Result<std::unique_ptr<NewStore>> NewStore::begin(const std::filesystem::path& p
 }
 
 NewStore::~NewStore() {
-  std::error_code ignored;
-  if (!is_published_ && file_.descriptor() >= 0) std::filesystem::remove(file_.path(), ignored);
+  if (!is_published_ && file_.descriptor() >= 0) file_.remove_own_name();
 }
 
 Result<std::uint64_t> NewStore::reserve(std::uint64_t bytes) {

@@ -253,7 +253,7 @@ Result<StoreWriter> StoreWriter::create(const std::filesystem::path& path, const
     return take_name(impl->file, path, impl->options.sync);
   });
   if (!filled) {
-    std::filesystem::remove(impl->file.path(), ignored);
+    impl->file.remove_own_name();
     return tl::unexpected(filled.error());
   }
   return StoreWriter(std::move(impl));

@@ -37,5 +37,18 @@ TEST(File, NeverHasTheNumberOfAStandardStream) {
   }
 }
 
+// A name that another file has got is not removed with the file that had it.
+TEST(File, RemovesItsNameOnlyWhileItHasIt) {
+  const TempFolder folder;
+  write_file(folder / "kept", tile_bytes(small_layer("a", TexelFormat::kRgb8, 2, 1), tile_at(0, 0, 0)));
+  const File file = value_of(File::open(folder / "own", File::Mode::kCreate));
+  std::filesystem::rename(folder / "kept", folder / "own");
+  file.remove_own_name();
+  EXPECT_TRUE(std::filesystem::exists(folder / "own"));
+  const File other = value_of(File::open(folder / "other", File::Mode::kCreate));
+  other.remove_own_name();
+  EXPECT_FALSE(std::filesystem::exists(folder / "other"));
+}
+
 }  // namespace
 }  // namespace vt::store
