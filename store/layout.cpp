@@ -106,7 +106,7 @@ std::uint32_t wanted_raw_bytes(const LayerInfo& layer, ReferenceKind kind, std::
 // ---- Superblocks ----
 //
 //   0 "VTSTORE1"    8 u32 version    12 u32 reserved    16 uuid    32 u64 generation    40 u64 file end    48 catalog reference
-//  64 u64 cold start's offset   72 u64 its bytes   80 u64 paired   88 u64 catalog space   96 u64 spare catalog's offset   104 u64 its bytes
+//  64 u64 cold start's offset   72 u64 its bytes   80 ignorable   88 u64 catalog space   96 u64 spare catalog's offset   104 u64 its bytes
 // 112 ignorable   128 reserved   4088 u64 hash of bytes 0..4087
 
 std::array<std::byte, kSuperblockBytes> encode_superblock(const Superblock& superblock) {
@@ -119,7 +119,6 @@ std::array<std::byte, kSuperblockBytes> encode_superblock(const Superblock& supe
   put_reference(block, 48, superblock.catalog);
   put<std::uint64_t>(block, 64, superblock.cold_start.offset);
   put<std::uint64_t>(block, 72, superblock.cold_start.bytes);
-  put<std::uint64_t>(block, 80, superblock.is_paired ? 1 : 0);
   put<std::uint64_t>(block, 88, superblock.catalog_space);
   put<std::uint64_t>(block, 96, superblock.spare_catalog.offset);
   put<std::uint64_t>(block, 104, superblock.spare_catalog.bytes);
@@ -169,7 +168,6 @@ Checked<Superblock> decode_superblock(std::span<const std::byte> block, int slot
   superblock.spare_catalog = hint_at(96);
   if (const auto space = get<std::uint64_t>(block, 88); space <= superblock.file_end - superblock.catalog.offset)
     superblock.catalog_space = space;
-  superblock.is_paired = get<std::uint64_t>(block, 80) == 1;
   return superblock;
 }
 
@@ -209,13 +207,13 @@ Checked<ChosenSuperblock> choose_superblock(std::span<const std::byte> head, std
                      number(chosen.newest.file_end) + "; it was truncated, or copied while incomplete");
   // One of a pair holds the last commit, whatever became of the other. If it is not one of a pair, the other may have held a later commit,
   // whose records would lie behind this one's.
-  chosen.may_be_older = chosen.damage && !chosen.newest.is_paired && file_bytes > chosen.newest.file_end;
+  chosen.may_be_older = chosen.damage && !chosen.newest.is_paired() && file_bytes > chosen.newest.file_end;
   return chosen;
 }
 
 bool ChosenSuperblock::is_pair() const {
-  return other && newest.is_paired && other->is_paired && newest.generation == other->generation + 1 && newest.catalog == other->catalog &&
-         newest.file_end == other->file_end;
+  return other && newest.is_paired() && other->is_paired() && newest.generation == other->generation + 1 &&
+         newest.catalog == other->catalog && newest.file_end == other->file_end;
 }
 
 std::string ChosenSuperblock::remark() const {

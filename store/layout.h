@@ -21,8 +21,9 @@ namespace vt::store {
 
 // ---- Constants of the format ----
 
-inline constexpr std::uint32_t kFormatVersion = 3;        // what is written
+inline constexpr std::uint32_t kFormatVersion = 4;        // what is written
 inline constexpr std::uint32_t kOldestFormatVersion = 1;  // what is read
+inline constexpr std::uint32_t kPairedVersion = 4;        // from it on every commit is in both superblocks
 inline constexpr std::size_t kSuperblockBytes = 4096;
 inline constexpr std::uint64_t kLogStart = 2 * kSuperblockBytes;
 inline constexpr std::uint64_t kRecordAlignment = 64;
@@ -185,12 +186,14 @@ struct Superblock {
   // What a reader that begins with a store may read ahead in one go: the catalog, the upper index and the coarsest tiles, as `pack` lays
   // them out. A hint and no more: nothing is wrong when there is none (both 0), or when later commits have moved some of it.
   Extent cold_start;
-  // Written by a writer that keeps every commit in both superblocks, so that this one is enough when the other is damaged.
-  bool is_paired = false;
   // Space for catalogs: what lies behind the catalog's record for it to grow into, and where a later catalog may go, which is where an
   // earlier one lay. Hints: a writer looks at what is there before it writes.
   std::uint64_t catalog_space = 0;  // bytes from the catalog's offset on; 0: no more than its record
   Extent spare_catalog;
+
+  // Its writer keeps every commit in both superblocks, so that this one is enough when the other is damaged. Programs that know no later
+  // version than 3, which do not, refuse such a store.
+  [[nodiscard]] bool is_paired() const { return version >= kPairedVersion; }
 };
 
 // Even generations lie in slot 0 (offset 0), odd ones in slot 1 (offset 4096).

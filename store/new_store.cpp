@@ -107,8 +107,7 @@ Result<void> NewStore::publish(const Catalog& catalog, const Seal& seal) {
                                     .stored_bytes = bytes,
                                     .check = static_cast<std::uint32_t>(header.hash),
                                     .kind = ReferenceKind::kCatalog},
-                        .cold_start = seal.cold_start,
-                        .is_paired = true};
+                        .cold_start = seal.cold_start};
   for (superblock.generation = seal.generation; superblock.generation <= seal.generation + 1; ++superblock.generation)
     VT_CHECK(file_.write_at(superblock_offset(superblock.generation), encode_superblock(superblock)));
   if (options_.sync) VT_CHECK(file_.sync());

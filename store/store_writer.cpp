@@ -29,6 +29,10 @@ constexpr std::size_t kMaxConstants = 65536;
 constexpr std::uint64_t kWritebackBytes = std::uint64_t{8} << 20;
 // Generations are counted in 64 bits; only a forged one comes near the end of them.
 constexpr std::uint64_t kMaxGeneration = std::uint64_t{1} << 62;
+// What a superblock may say that refers to a catalog of a store of `version` as it is there: layer entries grew with version 3.
+constexpr std::uint32_t version_beside(std::uint32_t version) {
+  return catalog_layer_bytes(version) == catalog_layer_bytes(kFormatVersion) ? kFormatVersion : version;
+}
 // The newest part of the log is left alone: other threads are still writing to its pages.
 constexpr std::uint64_t kWritebackLag = std::uint64_t{4} << 20;
 
@@ -182,7 +186,6 @@ struct StoreWriter::Impl final : PageCache::Log {
                           .file_end = end,
                           .catalog = catalog,
                           .cold_start = cold_start,
-                          .is_paired = true,
                           .catalog_space = catalogs.current().bytes,
                           .spare_catalog = catalogs.spare()};
     for (superblock.generation = first; superblock.generation <= first + 1; ++superblock.generation) {
@@ -308,7 +311,7 @@ Result<StoreWriter> StoreWriter::open(const std::filesystem::path& path, WriterO
   // safe to overwrite the other one.
   if (!chosen->is_pair()) {
     if (has_tail) VT_CHECK(impl->sync());
-    VT_CHECK(impl->publish(newest.catalog, newest.generation + 1, newest.version));
+    VT_CHECK(impl->publish(newest.catalog, newest.generation + 1, version_beside(newest.version)));
   }
   return StoreWriter(std::move(impl));
 }
@@ -565,9 +568,6 @@ bool StoreWriter::contains(LayerId id, TileId tile) const {
   return reference && reference->present();
 }
 
-Result<StoreWriter::Impl::Entry> StoreWriter::Impl::entry(LayerId id, TileId tile) {
-  const std::lock_guard lock(mutex);
-  VT_ASSIGN(const CatalogLayer* layer, check_tile(id, tile));
 Result<std::optional<TileId>> StoreWriter::next_tile(LayerId id, Level level, std::optional<TileId> after) const {
   const std::lock_guard lock(impl_->mutex);
   VT_CHECK(impl_->check_tile(id, after.value_or(TileId{level, 0, 0})));
@@ -575,6 +575,9 @@ Result<std::optional<TileId>> StoreWriter::next_tile(LayerId id, Level level, st
   return found ? std::optional(tile_from_morton(level, *found)) : std::nullopt;
 }
 
+Result<StoreWriter::Impl::Entry> StoreWriter::Impl::entry(LayerId id, TileId tile) {
+  const std::lock_guard lock(mutex);
+  VT_ASSIGN(const CatalogLayer* layer, check_tile(id, tile));
   Entry entry;
   VT_ASSIGN(entry.reference, pages.find(id, tile));
   entry.place = tile_place(layer->info, tile);

@@ -103,7 +103,7 @@ TEST_F(VtinspectInfo, SaysThatASuperblockIsDamaged) {
 
 // Of a store that a program has written which had each commit in one superblock only.
 TEST_F(VtinspectInfo, WhatMayBeOlderIsSaidByWhoeverReadsIt) {
-  std::filesystem::copy_file(std::filesystem::path(VT_SCHEMAS) / "../tests/golden/unpaired.vts", directory_ / "s.vts");
+  std::filesystem::copy_file(std::filesystem::path(VT_SCHEMAS) / "../tests/golden/version-3-unpaired.vts", directory_ / "s.vts");
   flip_bit(directory_ / "s.vts", 40);
   for (const std::vector<std::string>& arguments : std::vector<std::vector<std::string>>{
            {"info", "s.vts"}, {"sample", "s.vts", "--texel", "0,0"}, {"extract", "s.vts", "-o", "o.png"}, {"compare", "s.vts", "s.vts"}})

@@ -61,7 +61,7 @@ struct SuperblockTest : testing::Test {
     EXPECT_EQ(out, tile_bytes(layer, tile_at(0, 0, 0), version));
   }
   // A store of one superblock a commit: the newest generation has a layer of one tile, the one before it has none.
-  void take_unpaired_store() { std::filesystem::copy_file(kGoldens / "unpaired.vts", path); }
+  void take_unpaired_store() { std::filesystem::copy_file(kGoldens / "version-3-unpaired.vts", path); }
 };
 
 TEST_F(SuperblockTest, EveryCommitIsInBoth) {
@@ -134,6 +134,18 @@ TEST_F(SuperblockTest, ADamagedOneOfAnOlderProgramIsSaidAndNothingIsCutOff) {
   // What is there can be taken along, by whoever decides so.
   ASSERT_TRUE(pack(reader, folder / "b.vts"));
   EXPECT_EQ(value_of(StoreReader::open(folder / "b.vts")).health(), StoreHealth::kWhole);
+}
+
+// Whatever its bytes say: programs of version 3 go on with such a store without keeping the pair.
+TEST_F(SuperblockTest, NoStoreOfAnOlderVersionIsTakenForAPair) {
+  std::filesystem::copy_file(kGoldens / "version-3-rich.vts", path);
+  const std::uint64_t newest = head_of(path).newest.generation;
+  Bytes bytes = read_file(path);
+  bytes.resize(bytes.size() + 64);
+  write_file(path, bytes);
+  spoil(path, newest & 1);
+  EXPECT_EQ(value_of(StoreReader::open(path)).health(), StoreHealth::kMayBeOlder);
+  EXPECT_EQ(StoreWriter::open(path).error().code, ErrorCode::kCorrupt);
 }
 
 TEST_F(SuperblockTest, ADamagedOlderOneOfAnOlderProgramLosesNothing) {

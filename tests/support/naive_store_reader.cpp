@@ -112,7 +112,7 @@ std::optional<NaiveSuperblock> read_superblock(Bytes file, unsigned slot) {
   if (get_text(block, 0, 8) != "VTSTORE1") return std::nullopt;
   if (get_u64(block, 4088) != hash_of(part(block, 0, 4088))) return std::nullopt;
 
-  require(get_u32(block, 8) >= 1 && get_u32(block, 8) <= 3, "the superblock's version is 1 to 3");
+  require(get_u32(block, 8) >= 1 && get_u32(block, 8) <= 4, "the superblock's version is 1 to 4");
   require_zero(block, 12, 4, "the superblock's reserved bytes 12 to 15 are zero");
   const Bytes uuid = part(block, 16, 16);
   const std::uint64_t generation = get_u64(block, 32);
