@@ -54,11 +54,10 @@ bool ChannelCodec::decode_covered(const std::byte* samples, std::int64_t count, 
       if (weight == 1.0F) continue;
       opaque = false;
       for (std::size_t p = 0; p < static_cast<std::size_t>(source_planes_); ++p) {
-        if (p + 1 < static_cast<std::size_t>(source_planes_) && rules_[p + 1] == PlaneRule::kRemainder) {
+        if (has_remainder(rules_, p)) {
           // A sum and what its floats miss: the product is rounded once, in double precision.
           const double product = (static_cast<double>(planes[p][i]) + static_cast<double>(planes[p + 1][i])) * static_cast<double>(weight);
-          planes[p][i] = static_cast<float>(product);
-          planes[p + 1][i] = remainder_of(product, planes[p][i]);
+          split_wide(product, planes[p][i], planes[p + 1][i]);
           ++p;
         } else {
           planes[p][i] *= weight;

@@ -54,6 +54,10 @@ enum class PlaneRule : std::uint8_t {
 };
 // A plane of sums, not of least or greatest values.
 [[nodiscard]] constexpr bool is_sum(PlaneRule rule) { return rule == PlaneRule::kLinear || rule == PlaneRule::kRemainder; }
+// Whether plane `p` is continued by the next one, which holds what its floats miss.
+[[nodiscard]] inline bool has_remainder(std::span<const PlaneRule> rules, std::size_t p) {
+  return p + 1 < rules.size() && rules[p + 1] == PlaneRule::kRemainder;
+}
 
 // One texture layer that a channel writes. The first part is the layer itself, the others lie beside it as NAME/suffix on the same grid.
 struct Part {

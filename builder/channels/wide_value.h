@@ -19,6 +19,12 @@ namespace vt::channels {
 // What `nearest`, the float that the value was rounded to, misses of it. Both are finite.
 [[nodiscard]] inline float remainder_of(double value, float nearest) { return static_cast<float>(value - static_cast<double>(nearest)); }
 
+// A value as a plane and the plane of its remainder hold it.
+inline void split_wide(double value, float& nearest, float& remainder) {
+  nearest = static_cast<float>(value);
+  remainder = remainder_of(value, nearest);
+}
+
 // The greatest float that is not above a value, and the least that is not below it; an infinity where there is none.
 [[nodiscard]] inline float float_below(double value) {
   const auto nearest = static_cast<float>(value);

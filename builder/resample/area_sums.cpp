@@ -28,17 +28,6 @@ double start_of(PlaneRule rule) {
 
 bool is_extreme(PlaneRule rule) { return !is_sum(rule); }
 
-// Whether plane `p` is continued by the next one, which holds what its floats miss.
-bool has_remainder(const std::vector<PlaneRule>& rules, std::size_t p) {
-  return p + 1 < rules.size() && rules[p + 1] == PlaneRule::kRemainder;
-}
-
-// As texel `i` of plane `p` and of the plane of its remainder.
-void put_wide(double value, const PlaneRow& out, std::size_t p, std::int64_t i) {
-  out[p][i] = static_cast<float>(value);
-  out[p + 1][i] = channels::remainder_of(value, out[p][i]);
-}
-
 // Where there is none, that of a texel without data.
 float extreme_or(double found, float nothing) { return std::isinf(found) ? nothing : static_cast<float>(found); }
 
@@ -125,8 +114,8 @@ void PlaneSums::finish(std::size_t texel, const PlaneRow& out, std::int64_t i) c
   for (std::size_t p = 0; p < rules_.size(); ++p) {
     if (is_extreme(rules_[p])) {
       out[p][i] = extreme_or(sums[p], nothing_[p]);
-    } else if (has_remainder(rules_, p)) {
-      put_wide(area > 0.0 ? (sums[p] + sums[p + 1]) / area : 0.0, out, p, i);
+    } else if (channels::has_remainder(rules_, p)) {
+      channels::split_wide(area > 0.0 ? (sums[p] + sums[p + 1]) / area : 0.0, out[p][i], out[p + 1][i]);
       ++p;
     } else {
       out[p][i] = area > 0.0 ? static_cast<float>(sums[p] / area) : 0.0F;
@@ -207,9 +196,9 @@ void ColumnSums::finish(const CoveredRun& run, const CoveredRun& touched, const 
   const auto columns = [&](std::size_t p) { return sums_of(p) + (run.first - first_); };
   const double area = weighted_sum(covered, Rest{columns(rules_.size()), rows_}, count);
   for (std::size_t p = 0; p < rules_.size(); ++p) {
-    if (has_remainder(rules_, p)) {
+    if (channels::has_remainder(rules_, p)) {
       const double sum = weighted_sum(covered, columns(p), count) + weighted_sum(covered, columns(p + 1), count);
-      put_wide(area > 0.0 ? sum / area : 0.0, out, p, i);
+      channels::split_wide(area > 0.0 ? sum / area : 0.0, out[p][i], out[p + 1][i]);
       ++p;
       continue;
     }

@@ -23,7 +23,7 @@ void OneSampleRows::make(const GridSources& sources, const SampleWindow& window,
     find_four(sources.grid.bounds(), window.block, kinds, centres, texel_count);
     interpolate_runs(window, texel_count, out);
     interpolate_wide(sources.codec().rules(), window.block, texel_count, out);
-    if (!window.there.empty()) mend_gaps(window, kinds, texel_count, out);
+    if (!window.there.empty()) mend_gaps(sources.codec().rules(), window, kinds, texel_count, out);
   }
   sources.codec().derive_row(count, out);
 }
@@ -84,22 +84,21 @@ void OneSampleRows::interpolate_wide(std::span<const channels::PlaneRule> rules,
                                      const PlaneRow& out) const {
   const auto plane_floats = static_cast<std::size_t>(block.rect.width);
   for (std::size_t p = 0; p + 1 < static_cast<std::size_t>(block.planes); ++p) {
-    if (rules[p + 1] != channels::PlaneRule::kRemainder) continue;
+    if (!channels::has_remainder(rules, p)) continue;
     const float* const values = block.floats.data() + p * plane_floats;
     const auto wide = [&](std::size_t at) { return static_cast<double>(values[at]) + static_cast<double>(values[at + plane_floats]); };
     for (std::size_t i = 0; i < count; ++i) {
       const std::size_t at = first_[i];
       const double north = std::lerp(wide(at), wide(at + right_[i]), static_cast<double>(fraction_x_[i]));
       const double south = std::lerp(wide(at + down_[i]), wide(at + down_[i] + right_[i]), static_cast<double>(fraction_x_[i]));
-      const double value = std::lerp(north, south, static_cast<double>(fraction_y_[i]));
-      out[p][i] = static_cast<float>(value);
-      out[p + 1][i] = channels::remainder_of(value, out[p][i]);
+      channels::split_wide(std::lerp(north, south, static_cast<double>(fraction_y_[i])), out[p][i], out[p + 1][i]);
     }
   }
 }
 
 // Texels of which some of the four samples lie in no raster are made of the others.
-void OneSampleRows::mend_gaps(const SampleWindow& window, const Kind* kinds, std::size_t count, const PlaneRow& out) const {
+void OneSampleRows::mend_gaps(std::span<const channels::PlaneRule> rules, const SampleWindow& window, const Kind* kinds, std::size_t count,
+                              const PlaneRow& out) const {
   const PlaneBlock& block = window.block;
   const auto width = static_cast<std::size_t>(block.rect.width);
   const std::size_t row_floats = width * static_cast<std::size_t>(block.planes);
@@ -124,6 +123,17 @@ void OneSampleRows::mend_gaps(const SampleWindow& window, const Kind* kinds, std
       for (std::size_t k = 0; k < 4; ++k)
         if (is_there[k]) value += weight[k] * block.floats[p * width + at[k]];
       out[p][i] = sum > 0.0F ? value / sum : 0.0F;
+      if (!channels::has_remainder(rules, p)) continue;
+      double wide = 0.0;
+      double weights = 0.0;
+      for (std::size_t k = 0; k < 4; ++k) {
+        if (!is_there[k]) continue;
+        const float* const both = &block.floats[p * width + at[k]];
+        wide += static_cast<double>(weight[k]) * (static_cast<double>(both[0]) + static_cast<double>(both[width]));
+        weights += static_cast<double>(weight[k]);
+      }
+      channels::split_wide(weights > 0.0 ? wide / weights : 0.0, out[p][i], out[p + 1][i]);
+      ++p;
     }
   }
 }

@@ -24,7 +24,8 @@ class OneSampleRows {
   void interpolate_runs(const SampleWindow& window, std::size_t count, const channels::PlaneRow& out) const;
   void interpolate_wide(std::span<const channels::PlaneRule> rules, const PlaneBlock& block, std::size_t count,
                         const channels::PlaneRow& out) const;
-  void mend_gaps(const SampleWindow& window, const Kind* kinds, std::size_t count, const channels::PlaneRow& out) const;
+  void mend_gaps(std::span<const channels::PlaneRule> rules, const SampleWindow& window, const Kind* kinds, std::size_t count,
+                 const channels::PlaneRow& out) const;
   static void pick(const PlaneBlock& block, const Kind* kinds, const Point2* centres, std::size_t count, const channels::PlaneRow& out);
 
   // Of each texel: the offset of its north-western sample in a plane of the window, and from there to the southern and the eastern one.

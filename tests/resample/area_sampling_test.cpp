@@ -533,6 +533,36 @@ TEST(AreaSampling, GapsBetweenFilesStayGaps) {
     }
 }
 
+// A texel at a gap is made of the samples that are there, and keeps what floats of them would lose.
+TEST(AreaSampling, WideHeightsKeepWhatFloatsLoseAtGaps) {
+  const TexelRect layer{0, 0, 20, 20};
+  ChannelSettings settings = kHeights;
+  settings.options = {};
+  settings.samples_are_wide = true;
+  const SampleLayout layout{.type = SampleType::kFloat64, .value_bands = 1};
+  // A plane, so that what is between samples is known.
+  const Raster raster{.width = 20, .height = 20, .bands = 1, .value = [](auto x, auto y, int) { return 1e6 + 0.37 * x + 1.91 * y; }};
+  const std::vector<TexelRect> corners{{0, 0, 8, 8}, {12, 0, 8, 8}, {0, 8, 8, 12}};
+  const BaseSampler sampler(files_of(raster, corners, settings, layout, {0.25, 1.0, 0.0, -0.25, 0.0, -1.0}, {0.0, 0.0, 1.0, 1.0}, layer),
+                            20, 20);
+  const Texels texels = texels_of(sampler, layer);
+  int at_gaps = 0;
+  for (std::int64_t y = 1; y < 20; ++y)
+    for (std::int64_t x = 1; x < 20; ++x) {
+      const double column = static_cast<double>(x) + 0.25;
+      const double row = static_cast<double>(y) + 0.25;
+      if (texels.at(x, y, 2) == 0.0F) continue;  // in the gap
+      const bool is_north_east = column > 10;
+      const double held_x = is_north_east ? std::clamp(column, 12.5, 19.5) : std::clamp(column, 0.5, 7.5);
+      const double held_y = std::clamp(row, 0.5, is_north_east ? 7.5 : 19.5);
+      at_gaps += held_x != column || held_y != row ? 1 : 0;
+      const double wanted = 1e6 + 0.37 * (held_x - 0.5) + 1.91 * (held_y - 0.5);
+      const double found = static_cast<double>(texels.at(x, y, 0)) + static_cast<double>(texels.at(x, y, 1));
+      ASSERT_NEAR(found - wanted, 0.0, 0x1p-28) << x << "," << y;  // as above; floats would be up to 0.03 off
+    }
+  EXPECT_GT(at_gaps, 5);
+}
+
 PlacedSource aligned(const ChannelSettings& settings, const Raster& raster, const TexelRect& layer, std::int64_t x, std::int64_t y) {
   PlacedSource source = placed(raster, settings, kOneFloat, {}, {0.0, 0.0, 1.0, 1.0}, layer);
   source.warp = nullptr;
