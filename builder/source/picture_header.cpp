@@ -39,8 +39,8 @@ std::uint32_t little(std::string_view bytes, std::size_t at, std::size_t count =
   return value;
 }
 
-// Of a size in bytes that may exceed every integer.
-std::uint64_t whole_bytes(double bytes) { return bytes < 1e18 ? static_cast<std::uint64_t>(bytes) : std::uint64_t{1} << 60; }
+// Of a size in bytes that may exceed every integer, or be none.
+std::uint64_t whole_bytes(double bytes) { return bytes < 1e18 ? static_cast<std::uint64_t>(std::max(0.0, bytes)) : std::uint64_t{1} << 60; }
 
 // Some bytes of a file. Not a string: those keep short texts inside, which GCC 12 takes for uninitialised memory here.
 class Piece {
@@ -573,6 +573,9 @@ Result<PictureHeader> read_header(const Header& file, RasterFormat format) {
 
 Result<PictureHeader> read_picture_header(const FileBytes& file, RasterFormat format) {
   VT_ASSIGN(PictureHeader header, read_header(Header(file), format));
+  if (header.width < 1 || header.height < 1)
+    return fail(ErrorCode::kInvalidData, fmt::format("{}: claims to be a picture of {} x {}, which is none; the file is damaged",
+                                                     file.path().string(), header.width, header.height));
   if (header.least_file_bytes > file.size())
     return fail(
         ErrorCode::kInvalidData,

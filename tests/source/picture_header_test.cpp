@@ -263,6 +263,24 @@ TEST_F(PictureHeaderTest, ClaimsBeyondTheFileAreRefused) {
   expect_claim(save("a.j2k", siz), "60000 x 60000 with 3 channels");
 }
 
+// Sizes that are none, which would make any bound of the file's bytes one that holds.
+TEST_F(PictureHeaderTest, SizesBelowOneAreRefused) {
+  const auto expect_refused = [&](const std::filesystem::path& path, const std::string& size) {
+    const Error error = error_of(path);
+    EXPECT_EQ(error.code, ErrorCode::kInvalidData) << error.message;
+    EXPECT_NE(error.message.find("claims to be a picture of " + size + ", which is none"), std::string::npos) << error.message;
+  };
+  std::string content = content_of(png(""));
+  content.replace(16, 4, big(0));
+  content.replace(29, 4, big(crc_of(content.substr(12, 17))));
+  expect_refused(save("a.png", content), "0 x " + std::to_string(kEdge));
+  expect_refused(save("a.hdr", "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y -16 +X 16\n" + std::string(2000, 'x')), "16 x -16");
+  // Of JPEG 2000 the size is what is left to the right of the image's offset.
+  const std::string siz = "\xff\x4f\xff\x51"s + big(47, 2) + big(0, 2) + big(16) + big(16) + big(20) + big(0) + big(16) + big(16) + big(0) +
+                          big(0) + big(3, 2) + std::string(200, '\x07');
+  expect_refused(save("a.j2k", siz), "-4 x 16");
+}
+
 // A whole picture of one colour is the most compressed one that there is: it is read, so no bound is too tight.
 TEST_F(PictureHeaderTest, PicturesOfOneColourAreBelieved) {
   constexpr int kLarge = 1000;
