@@ -10,7 +10,6 @@ namespace vt::store {
 namespace {
 
 // A writer commits a few times a second at most.
-constexpr int kMostAttempts = 100;
 
 Result<void> load(const Head& head, Snapshot& snapshot) {
   const File& file = snapshot.file;
@@ -56,7 +55,7 @@ Result<Snapshot> load_snapshot(File opened) {
     if (loaded && snapshot.health == StoreHealth::kWhole) return snapshot;
     // Something is damaged, or a writer was at it just now; then there is another state by now.
     VT_ASSIGN(Head again, read_head(snapshot.file));
-    if (again.bytes == head.bytes || attempt == kMostAttempts) return loaded.map([&] { return std::move(snapshot); });
+    if (again.bytes == head.bytes || attempt == kMostReadings) return loaded.map([&] { return std::move(snapshot); });
     head = std::move(again);
     snapshot.layers.clear();
     snapshot.roots.clear();

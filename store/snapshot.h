@@ -22,6 +22,8 @@ struct Head {
   std::uint64_t file_bytes = 0;
 };
 [[nodiscard]] Result<Head> read_head(const File& file);
+// What looks damaged while a writer is at work is read again as long as its superblocks change, so many times at most.
+inline constexpr int kMostReadings = 100;
 
 struct Snapshot {
   File file;

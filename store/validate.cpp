@@ -344,7 +344,7 @@ bool ValidationReport::ok() const {
 Result<ValidationReport> validate(const std::filesystem::path& path, const ValidateOptions& options) {
   VT_ASSIGN(const File file, File::open(path, File::Mode::kRead));
   VT_ASSIGN(Head head, read_head(file));
-  while (true) {
+  for (int attempt = 1;; ++attempt) {
     VT_ASSIGN(const Mapping mapping, Mapping::map(file, head.file_bytes));
     ValidationReport report;
     StoreCheck(head, mapping, options, report).run();
@@ -354,7 +354,7 @@ Result<ValidationReport> validate(const std::filesystem::path& path, const Valid
     if (std::ranges::none_of(report.findings, may_be_a_writer)) return report;
     // One was, unless the superblocks are still the same.
     VT_ASSIGN(Head again, read_head(file));
-    if (again.bytes == head.bytes) return report;
+    if (again.bytes == head.bytes || attempt == kMostReadings) return report;
     head = std::move(again);
   }
 }
