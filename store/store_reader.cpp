@@ -142,19 +142,17 @@ struct StoreReader::Impl {
     return found;
   }
 
-  // Unpacks a tile where it lies. It is used first and checked afterwards, so that a change between the two is seen: decoding is safe
-  // whatever the bytes are.
+  // Unpacks a tile where it lies, without a copy. It is used first and checked afterwards, so that a change between the two is seen: the
+  // decoders keep to their buffers whatever the bytes are. (zstd says so of bytes that are damaged; of bytes that another program
+  // overwrites at that very moment it says nothing.)
   [[nodiscard]] Result<void> read_mapped(const LayerInfo& layer, TileId tile, const Reference& reference, std::span<std::byte> out) const {
     return unpack(layer, tile, reference, mapping.bytes().subspan(reference.offset, kRecordHeaderBytes + reference.stored_bytes), out);
   }
   // Of a file that is not mapped any more, or a blob, whose length is to be checked before it is used.
-  [[nodiscard]] Result<std::span<const std::byte>> fetch_record(const Reference& reference) const {
-    thread_local std::vector<std::byte> record;
-    const std::size_t bytes = kRecordHeaderBytes + reference.stored_bytes;
-    if (record.size() < bytes) record.resize(bytes);
-    const auto whole = std::span(record).first(bytes);
-    VT_CHECK(fetch(reference.offset, whole));
-    return whole;
+  [[nodiscard]] Result<std::vector<std::byte>> fetch_record(const Reference& reference) const {
+    std::vector<std::byte> record(kRecordHeaderBytes + reference.stored_bytes);
+    VT_CHECK(fetch(reference.offset, record));
+    return record;
   }
   [[nodiscard]] Result<void> unpack(const LayerInfo& layer, TileId tile, const Reference& reference, std::span<const std::byte> record,
                                     std::span<std::byte> out) const {
@@ -287,7 +285,7 @@ Result<void> StoreReader::read(LayerId id, TileId tile, std::span<std::byte> out
   auto read = impl_->read_mapped(*layer, tile, reference, out);
   if (impl_->is_mapping_intact()) [[likely]]
     return read;
-  VT_ASSIGN(const auto record, impl_->fetch_record(reference));
+  VT_ASSIGN(const std::vector<std::byte> record, impl_->fetch_record(reference));
   return impl_->unpack(*layer, tile, reference, record, out);
 }
 
@@ -298,7 +296,7 @@ Result<void> StoreReader::read_blob(LayerId id, TileId tile, std::vector<std::by
   VT_ASSIGN(const Reference reference, impl_->find_present(*layer, tile));
   if (reference.kind != ReferenceKind::kTile) return impl_->damaged_tile(*layer, tile, "a blob's record is shared");
   VT_CHECK(impl_->check_place(*layer, tile, reference));
-  VT_ASSIGN(const auto record, impl_->fetch_record(reference));
+  VT_ASSIGN(const std::vector<std::byte> record, impl_->fetch_record(reference));
   VT_CHECK(impl_->check(*layer, tile, reference, record));
   out.resize(blob_bytes(record));
   return impl_->unpack(*layer, tile, reference, record, out);
