@@ -24,8 +24,9 @@ constexpr mode_t kPermissions = 0777;
 
 std::string reason(int error_number) {
   const std::string text = std::generic_category().message(error_number);
-  const bool is_full = error_number == ENOSPC || error_number == EDQUOT || error_number == EFBIG;
-  return is_full ? text + "; free some space or write elsewhere" : text;
+  if (error_number == ENOSPC || error_number == EDQUOT) return text + "; free some space or write elsewhere";
+  if (error_number == EFBIG) return text + "; raise the limit on the size of files (ulimit -f)";
+  return text;
 }
 
 std::filesystem::path folder_of(const std::filesystem::path& path) { return path.has_parent_path() ? path.parent_path() : "."; }

@@ -47,7 +47,8 @@ class OutputFile {
   // One byte past the last.
   [[nodiscard]] std::uint64_t size() const { return end_; }
 
-  // Gives the file its name. kIo: it is not whole, and the target is what it was before.
+  // Gives the file its name. kIo: it is not whole, and the target is what it was before; "cannot close" is the exception, after which the
+  // target may be either.
   [[nodiscard]] Result<void> finish();
 
   // The name as the user gave it, for messages.

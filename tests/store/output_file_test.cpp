@@ -205,7 +205,8 @@ std::string message_at_a_limit(const std::filesystem::path& path, rlim_t most_by
 TEST_P(OutputFileTest, AFailedWriteIsTheResultHoweverFewLook) {
   put(folder_ / "o", "old");
   EXPECT_EQ(message_at_a_limit(folder_ / "new", 10000, options()), "whole");
-  EXPECT_THAT(message_at_a_limit(folder_ / "o", 9999, options()), HasSubstr("cannot write: File too large; free some space"));
+  EXPECT_THAT(message_at_a_limit(folder_ / "o", 9999, options()),
+              HasSubstr("cannot write: File too large; raise the limit on the size of files (ulimit -f)"));
   EXPECT_EQ(content(folder_ / "o"), "old");
   EXPECT_THAT(names_in(folder_.path()), ElementsAre("new", "o"));
 }
