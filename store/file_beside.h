@@ -23,7 +23,7 @@ namespace vt::store {
 [[nodiscard]] Result<void> take_place(File& file, const std::filesystem::path& target, const File& replaced, bool sync);
 
 // Removes what killed writers of `target` left in its folder, and says what that was. Files of writers that are at work stay, and so does
-// what only looks like one of ours.
+// a whole store under the kind of name that older programs gave, which can be somebody's own.
 std::vector<std::filesystem::path> remove_leftovers(const std::filesystem::path& target);
 
 }  // namespace vt::store

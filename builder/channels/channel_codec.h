@@ -71,8 +71,7 @@ struct Part {
   bool starts_above_base = false;                 // nothing is stored at the finest level; readers fall back to the next coarser one
   bool ends_at_base = false;                      // blocks write the finest level only; a pass after them makes the others
   // What else a reader has to know (a table of classes, a frame, a spectral band): a JSON object, whose members become members of the
-  // part's metadata. None of them is called as the builder's own: components, unit, periodic, settings, block_levels, recipe, updating,
-  // quality, alpha_coverage.
+  // part's metadata. None of them is called as the builder's own, see kOwnMembers in builder/pipeline/built_layer.cpp.
   std::string metadata_json = "{}";
 };
 

@@ -75,7 +75,10 @@ class BlockJob::Output final : public pyramid::RowSink {
   }
 
   // Of the base, and its first part; see feed_rows().
-  bool expect_texels(std::int64_t y) { return has_base_texels_[static_cast<std::size_t>(y - base_core_.y)] = true; }
+  bool expect_texels(std::int64_t y) {
+    has_base_texels_[static_cast<std::size_t>(y - base_core_.y)] = true;
+    return true;
+  }
   void texels(std::int64_t y, const std::byte* texels, const channels::ConstPlaneRow& planes, bool opaque) {
     if (!status_) return;
     const InStage stage(job_.clock_, Stage::kQuantise);

@@ -1,6 +1,8 @@
 #include "builder/pipeline/built_layer.h"
 
 #include <algorithm>
+#include <array>
+#include <cassert>
 
 #include "builder/pipeline/block_marks.h"
 #include "builder/pipeline/block_quality.h"
@@ -18,9 +20,14 @@ constexpr const char* kUpdating = "updating";
 // The build cannot come to its end with these data.
 constexpr const char* kFailed = "failed";
 
+// Members of a layer's metadata that are the builder's; a channel's have other names.
+constexpr std::array kOwnMembers = std::to_array<const char*>(
+    {"components", "unit", "periodic", "settings", "block_levels", "recipe", kUpdating, kFailed, "quality", "losses", "alpha_coverage"});
+
 // What the numbers of a part are, in the words of its channel.
 Json values_of(const LayerPlan& plan, std::size_t part) {
   Json values = text::json_or_null(plan.part(part).metadata_json);
+  assert(std::ranges::none_of(kOwnMembers, [&](const char* member) { return values.contains(member); }));
   values["components"] = plan.part(part).components;
   values["unit"] = plan.part(part).unit;  // also when it has none: the channel's own would be wrong then
   if (plan.is_closed) values["periodic"] = "x";

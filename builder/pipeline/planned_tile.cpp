@@ -50,7 +50,11 @@ class PlannedTiles::Sink final : public pyramid::RowSink {
   }
 
   // See feed_rows(): bytes of the sources that are passed on keep what clear texels hold. They are those of the first part.
-  bool expect_texels(std::int64_t y) { return comes_as_texels_[static_cast<std::size_t>(y - core_.y)] = part_ == 0; }
+  bool expect_texels(std::int64_t y) {
+    const bool is_first_part = part_ == 0;
+    comes_as_texels_[static_cast<std::size_t>(y - core_.y)] = is_first_part;
+    return is_first_part;
+  }
   void texels(std::int64_t y, const std::byte* texels, const channels::ConstPlaneRow& planes, bool opaque) {
     if (status_) band_.add_texels(y, texels, planes, opaque);
   }
