@@ -107,8 +107,9 @@ TEST_F(VtinspectPlaces, PickedHeightsAreWhereTheyWerePicked) {
       const std::string level_text = std::to_string(level);
       ASSERT_EQ(run({"extract", "s.vts", "--layer", "elevation", "--level", level_text, "-o", "out.tif"}).exit_code, 0);
       const TiffFile tiff = read_tiff(directory_ / "out.tif");
-      // Texels at the east and south edges of means hang over the data, whose mean lies further inside.
-      for (std::int64_t x = 0; x < tiff.width - 1; ++x) {
+      // Texels at the east and south edges of means hang over the data, whose mean lies further inside. Every texel asked for is three
+      // processes, so a dozen of a row stand for all.
+      for (std::int64_t x = 0; x < tiff.width - 1; x += 1 + tiff.width / 12) {
         const float value = float_at(tiff, x, 0);
         const double west_m = std::floor(static_cast<double>(value) / 1000.0);
         // The centre of the cell, by the file's own tags (PixelIsArea).
