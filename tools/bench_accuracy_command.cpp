@@ -101,7 +101,7 @@ Result<double> bytes_per_texel(const Variant& variant) {
   return report[pointer].get<double>() / static_cast<double>(pipeline::plan_cost(*reader.find_layer("color")).texels);
 }
 
-Table empty_table() {
+Table empty_accuracy_table() {
   return Table({{"program", "program"},
                 {"kernel", "kernel"},
                 {"format", "format"},
@@ -174,7 +174,7 @@ Result<int> run(const AccuracyFlags& flags) {
   VT_CHECK(run_all(variants, flags.runs));
 
   const Truth truth = make_truth(paint_scene(flags.size), flags.size, {"box", "kaiser3"});
-  Table table = empty_table();
+  Table table = empty_accuracy_table();
   const NamedCells setting_cells = {
       {"threads", double(setting.threads)}, {"size", double(flags.size)}, {"cpu", machine.cpu}, {"cores", double(machine.cores)}};
   ScatterChart chart;

@@ -5,7 +5,7 @@
 namespace vt::bench {
 namespace {
 
-Table empty_table() {
+Table empty_build_table() {
   return Table({{"job", "job"},
                 {"kind", ""},
                 {"name", "program or part"},
@@ -36,7 +36,7 @@ Table empty_table() {
 
 }  // namespace
 
-BuildReport::BuildReport(const Input& input, int threads) : input_(input), threads_(threads), table_(empty_table()) {}
+BuildReport::BuildReport(const Input& input, int threads) : input_(input), threads_(threads), table_(empty_build_table()) {}
 
 void BuildReport::add(const Contender& contender, const Measured& measured) {
   const Spread seconds = measured.spread();

@@ -19,7 +19,7 @@
 namespace vt::bench {
 namespace {
 
-struct Flags {
+struct ChannelsFlags {
   std::int64_t size = 4096;
   int runs = 3;
   int threads = 2;
@@ -148,7 +148,7 @@ std::vector<Contender> contenders_of(const ChannelJob& job, const Input& input, 
   return contenders;
 }
 
-Result<int> run(const Flags& flags) {
+Result<int> run(const ChannelsFlags& flags) {
   Setting setting;
   VT_ASSIGN(setting.vtbuild, program_beside("vtbuild"));
   VT_ASSIGN(const ScratchFolder scratch, ScratchFolder::create(flags.scratch));
@@ -198,7 +198,7 @@ Result<int> run(const Flags& flags) {
 }  // namespace
 
 std::function<Result<int>()> add_channels_command(CLI::App& app) {
-  auto flags = std::make_shared<Flags>();
+  auto flags = std::make_shared<ChannelsFlags>();
   CLI::App* command = app.add_subcommand("channels", "how fast each channel type is built in each of its formats");
   command->add_option("--size", flags->size, "texels along an edge of the rasters that are made")
       ->capture_default_str()

@@ -40,7 +40,7 @@ constexpr Level kPaintedLevel{3};
 constexpr std::size_t kCalls = std::size_t{1} << 18;  // look-ups a pass
 constexpr std::size_t kUpdates = 1000;                // tiles changed in one commit
 
-Table empty_table() {
+Table empty_lookup_table() {
   return Table({{"what", "what"},
                 {"tiles", "tiles", 0},
                 {"median_ns", "median ns", 1},
@@ -55,7 +55,7 @@ Table empty_table() {
 
 // Rows under one table.
 struct Figures {
-  Table table = empty_table();
+  Table table = empty_lookup_table();
   int runs = 0;
   Machine machine = this_machine();
 

@@ -17,9 +17,9 @@
 namespace vt::bench {
 namespace {
 
-constexpr std::int64_t kTile = 256;
+constexpr std::int64_t kMosaicTile = 256;
 constexpr std::int64_t kFileTiles = 2;  // along an edge of a file
-constexpr std::int64_t kFile = kFileTiles * kTile;
+constexpr std::int64_t kFile = kFileTiles * kMosaicTile;
 
 struct MosaicFlags {
   std::string input;
@@ -47,7 +47,7 @@ Grid grid_of(std::int64_t files) {
 
 // Metre texels somewhere in a UTM zone: files know where they lie.
 Result<TiledTiffSpec> place_of(std::int64_t x, std::int64_t y, std::int64_t width, std::int64_t height) {
-  TiledTiffSpec spec{.width = width, .height = height, .tile = kTile};
+  TiledTiffSpec spec{.width = width, .height = height, .tile = kMosaicTile};
   spec.transform = geo::GeoTransform{400000.0 + static_cast<double>(x), 1.0, 0.0, 5600000.0 - static_cast<double>(y), 0.0, -1.0};
   VT_ASSIGN(spec.crs, geo::Crs::from_epsg(32633));
   return spec;
@@ -61,7 +61,7 @@ Result<void> write_file(const std::filesystem::path& path, const source::RasterS
   VT_ASSIGN(TiledTiffWriter writer, TiledTiffWriter::create(path, spec));
   for (std::int64_t row = 0; row < kFileTiles; ++row)
     for (std::int64_t column = 0; column < kFileTiles; ++column) {
-      VT_CHECK(whole.read({x + column * kTile, y + row * kTile, kTile, kTile}, kRgb, tile, kTile * 3));
+      VT_CHECK(whole.read({x + column * kMosaicTile, y + row * kMosaicTile, kMosaicTile, kMosaicTile}, kRgb, tile, kMosaicTile * 3));
       VT_CHECK(writer.add_tile(tile));
     }
   return writer.finish(std::array<std::uint32_t, kFileTiles * kFileTiles>{0, 1, 2, 3});
@@ -72,7 +72,7 @@ Result<void> cut_into_files(const std::filesystem::path& whole_path, const Grid&
   std::filesystem::create_directory(folder, problem);
   if (problem) return fail(ErrorCode::kIo, folder.string() + ": cannot be made: " + problem.message());
   VT_ASSIGN(const auto whole, source::open_raster(whole_path));
-  std::vector<std::byte> tile(static_cast<std::size_t>(kTile * kTile * 3));
+  std::vector<std::byte> tile(static_cast<std::size_t>(kMosaicTile * kMosaicTile * 3));
   for (std::int64_t row = 0; row < grid.rows; ++row)
     for (std::int64_t column = 0; column < grid.columns; ++column) {
       VT_CHECK(check_interrupt());

@@ -17,7 +17,7 @@ namespace {
 
 constexpr std::int64_t kWindow = 4096;
 constexpr std::int64_t kChunkRows = 32;  // read at once, as in a build
-constexpr std::int64_t kTile = 256;
+constexpr std::int64_t kPartTile = 256;
 constexpr std::size_t kTransfer = std::size_t{1} << 20;  // bytes a write call
 
 using Tiles = std::vector<std::vector<std::byte>>;
@@ -30,21 +30,22 @@ struct LevelTiles {
 };
 
 LevelTiles room_for(std::int64_t width, std::int64_t height, std::size_t texel_bytes) {
-  LevelTiles level{std::max<std::int64_t>(width / kTile, 1), std::max<std::int64_t>(height / kTile, 1), {}};
+  LevelTiles level{std::max<std::int64_t>(width / kPartTile, 1), std::max<std::int64_t>(height / kPartTile, 1), {}};
   level.tiles.assign(static_cast<std::size_t>(level.columns * level.rows),
-                     std::vector<std::byte>(static_cast<std::size_t>(kTile * kTile) * texel_bytes));
+                     std::vector<std::byte>(static_cast<std::size_t>(kPartTile * kPartTile) * texel_bytes));
   return level;
 }
 
 void keep_row(LevelTiles& level, std::int64_t y, std::span<const std::byte> texels, std::size_t texel_bytes) {
-  if (y >= level.rows * kTile) return;
-  const std::size_t tile_row_bytes = static_cast<std::size_t>(kTile) * texel_bytes;
+  if (y >= level.rows * kPartTile) return;
+  const std::size_t tile_row_bytes = static_cast<std::size_t>(kPartTile) * texel_bytes;
   for (std::int64_t column = 0; column < level.columns; ++column) {
     const std::size_t at = static_cast<std::size_t>(column) * tile_row_bytes;
     if (at >= texels.size()) return;
     const auto piece = texels.subspan(at, std::min(tile_row_bytes, texels.size() - at));
-    std::vector<std::byte>& tile = level.tiles[static_cast<std::size_t>(y / kTile * level.columns + column)];
-    std::copy(piece.begin(), piece.end(), tile.begin() + static_cast<std::ptrdiff_t>(static_cast<std::size_t>(y % kTile) * tile_row_bytes));
+    std::vector<std::byte>& tile = level.tiles[static_cast<std::size_t>(y / kPartTile * level.columns + column)];
+    std::copy(piece.begin(), piece.end(),
+              tile.begin() + static_cast<std::ptrdiff_t>(static_cast<std::size_t>(y % kPartTile) * tile_row_bytes));
   }
 }
 
@@ -177,7 +178,7 @@ Result<pipeline::LayerPlan> plan_for(const std::filesystem::path& input, const J
   request.kernel = job.kernel;
   request.format = format_from_name(job.format);
   request.compression = job.compression;
-  request.tile_texels = kTile;
+  request.tile_texels = kPartTile;
   return pipeline::plan_layer(request, std::nullopt, std::size_t{64} << 20);
 }
 
@@ -188,7 +189,8 @@ class Window {
     const TexelRect& data = plan.info.data;
     place_ = {(data.width - std::min(data.width, kWindow)) / 2, (data.height - std::min(data.height, kWindow)) / 2,
               std::min(data.width, kWindow), std::min(data.height, kWindow)};
-    while ((std::min(place_.width, place_.height) >> outputs_) >= 1 && (std::max(place_.width, place_.height) >> (outputs_ - 1)) > kTile)
+    while ((std::min(place_.width, place_.height) >> outputs_) >= 1 &&
+           (std::max(place_.width, place_.height) >> (outputs_ - 1)) > kPartTile)
       ++outputs_;
   }
   [[nodiscard]] double texels() const { return static_cast<double>(place_.width) * static_cast<double>(place_.height); }
@@ -246,7 +248,7 @@ class Window {
 Result<double> bc1_seconds(const Tiles& tiles, Tiles& blocks, int runs) {
   return median_seconds(runs, [&](StopWatch& watch) -> Result<void> {
     watch.start();
-    for (std::size_t i = 0; i < blocks.size(); ++i) encode::encode_bc1_image(tiles[i], kTile, kTile, kTile * 3, 3, blocks[i]);
+    for (std::size_t i = 0; i < blocks.size(); ++i) encode::encode_bc1_image(tiles[i], kPartTile, kPartTile, kPartTile * 3, 3, blocks[i]);
     watch.stop();
     return {};
   });
@@ -306,7 +308,7 @@ Result<PartSeconds> PartsBench::measure(const JobKind& job, std::uint64_t output
   if (is_bc1 || is_compressed) {
     VT_ASSIGN(Tiles payloads, window.tiles());
     const double per_pyramid =
-        static_cast<double>(pipeline::plan_cost(plan.info).texels) / (static_cast<double>(payloads.size()) * kTile * kTile);
+        static_cast<double>(pipeline::plan_cost(plan.info).texels) / (static_cast<double>(payloads.size()) * kPartTile * kPartTile);
     if (is_bc1) {
       Tiles blocks(payloads.size(), std::vector<std::byte>(plan.info.tile_payload_bytes()));
       VT_ASSIGN(const double encode, bc1_seconds(payloads, blocks, impl.runs));

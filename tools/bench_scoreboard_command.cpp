@@ -22,7 +22,7 @@
 namespace vt::bench {
 namespace {
 
-struct Flags {
+struct ScoreboardFlags {
   std::string scratch;
   bool only_ours = false;
   ResultFlags results;
@@ -171,8 +171,8 @@ std::vector<Tool> installed_tools() {
   const auto add = [&](const char* column, const char* name, auto runs, auto arguments) {
     if (const auto program = find_program(name)) tools.push_back({column, *program, runs, arguments});
   };
-  using Arguments = std::vector<std::string>;
-  const auto join = [](Arguments first, const Arguments& rest) {
+  using CommandLine = std::vector<std::string>;
+  const auto join = [](CommandLine first, const CommandLine& rest) {
     first.insert(first.end(), rest.begin(), rest.end());
     return first;
   };
@@ -236,7 +236,7 @@ class Answers {
   std::vector<std::pair<std::string, std::string>> answers_;
 };
 
-Result<int> run(const Flags& flags) {
+Result<int> run(const ScoreboardFlags& flags) {
   VT_ASSIGN(const ScratchFolder scratch, ScratchFolder::create(flags.scratch));
   VT_ASSIGN(const std::filesystem::path vtbuild, program_beside("vtbuild"));
   const auto gdal = find_program("gdal_translate");  // takes the levels out of the peers' files
@@ -273,7 +273,7 @@ Result<int> run(const Flags& flags) {
 }  // namespace
 
 std::function<Result<int>()> add_scoreboard_command(CLI::App& app) {
-  auto flags = std::make_shared<Flags>();
+  auto flags = std::make_shared<ScoreboardFlags>();
   CLI::App* command =
       app.add_subcommand("scoreboard", "the cases that pyramid builders get wrong: the answer by analysis, ours, and other tools'");
   command->add_option("--scratch", flags->scratch, "folder for intermediate files (default: the system's)");

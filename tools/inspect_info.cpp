@@ -165,7 +165,7 @@ nlohmann::ordered_json layer_json(const LayerInfo& layer, const std::vector<Leve
   return json;
 }
 
-std::string pair_text(Point2 value) {
+std::string step_text(Point2 value) {
   // Square texels are the rule; two numbers only where they differ.
   if (std::abs(value.x - value.y) <= 1e-9 * std::abs(value.x)) return fmt::format("{:.6g}", value.x);
   return fmt::format("{:.6g} x {:.6g}", value.x, value.y);
@@ -209,8 +209,8 @@ std::string layer_table(const LayerInfo& layer, const std::vector<LevelSummary>&
   for (const LevelSummary& level : levels) {
     const auto count = [&](std::uint64_t number) { return level.is_counted ? std::to_string(number) : std::string("-"); };
     text += fmt::format(fmt::runtime(kRow), int{level.level.value}, paper_level(level.level, layer.finest),
-                        fmt::format("{} x {}", level.data.width, level.data.height), pair_text(level.gsd_crs),
-                        level.gsd_m ? pair_text(*level.gsd_m) : "-", count(level.stored), count(level.constant), count(level.absent),
+                        fmt::format("{} x {}", level.data.width, level.data.height), step_text(level.gsd_crs),
+                        level.gsd_m ? step_text(*level.gsd_m) : "-", count(level.stored), count(level.constant), count(level.absent),
                         level.is_counted ? cli::format_bytes(level.stored_bytes) : "-",
                         level.ratio ? fmt::format("{:.2f}", *level.ratio) : "-");
   }

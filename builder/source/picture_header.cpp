@@ -22,7 +22,7 @@ using namespace std::string_view_literals;
 
 // Pieces of a file that a header may be made of: hostile files have many, of no use.
 constexpr int kMostPieces = 1 << 17;
-constexpr std::uint64_t kMostProfileBytes = std::uint64_t{4} << 20;
+constexpr std::uint64_t kMostStoredProfileBytes = std::uint64_t{4} << 20;
 
 // Numbers of one to four bytes; 0 where the text ends before them.
 std::uint32_t big(std::string_view bytes, std::size_t at, std::size_t count = 4) {
@@ -115,7 +115,7 @@ std::string inflated_profile(std::string_view chunk) {
   const std::size_t name = chunk.find('\0');
   if (name == std::string_view::npos || name + 2 > chunk.size()) return {};
   const std::string_view packed = chunk.substr(name + 2);
-  std::string profile(static_cast<std::size_t>(kMostProfileBytes), '\0');
+  std::string profile(static_cast<std::size_t>(kMostStoredProfileBytes), '\0');
   uLongf bytes = profile.size();
   if (::uncompress(reinterpret_cast<Bytef*>(profile.data()), &bytes, reinterpret_cast<const Bytef*>(packed.data()), packed.size()) != Z_OK)
     return {};
@@ -171,7 +171,7 @@ Result<PictureHeader> read_png(const Header& file) {
     const std::uint64_t bytes = big(head, 0);
     const std::string_view name = head.substr(4);
     if (name == "IEND" || bytes > file.size() - at - 12) break;  // the decoder tells of a file that is cut off
-    const auto data = [&] { return file.part(at + 8, std::min(bytes, kMostProfileBytes)); };
+    const auto data = [&] { return file.part(at + 8, std::min(bytes, kMostStoredProfileBytes)); };
     if (name == "cICP" && bytes == 4) {
       VT_ASSIGN(colors.code_points, data());
     } else if (name == "iCCP") {
@@ -243,7 +243,7 @@ Result<PictureHeader> read_jpeg(const Header& file) {
       const std::string_view data = data_bytes.view();
       if (is_frame) VT_CHECK(read_frame(file, marker, data, header));
       if (marker == 0xE1 && data.starts_with("Exif\0\0"sv)) take_exif(data.substr(6), header);
-      if (marker == 0xE2 && data.starts_with("ICC_PROFILE\0"sv) && data.size() > 14 && profile.size() < kMostProfileBytes)
+      if (marker == 0xE2 && data.starts_with("ICC_PROFILE\0"sv) && data.size() > 14 && profile.size() < kMostStoredProfileBytes)
         profile += data.substr(14);  // in order
     }
     at += 2 + bytes;
@@ -313,7 +313,7 @@ Result<PictureHeader> read_jpeg2000(const Header& file) {
     }
     if (bytes == 0) bytes = file.size() - at;  // the last one
     if (bytes < head_bytes || bytes > file.size() - at) break;
-    const auto data = [&] { return file.part(at + head_bytes, std::min(bytes - head_bytes, kMostProfileBytes)); };
+    const auto data = [&] { return file.part(at + head_bytes, std::min(bytes - head_bytes, kMostStoredProfileBytes)); };
     if (name == "jp2h") {  // boxes in a box: go in
       at += head_bytes;
       continue;

@@ -10,7 +10,7 @@
 namespace vt::pipeline {
 namespace {
 
-constexpr double kDegree = std::numbers::pi / 180.0;
+constexpr double kOneDegree = std::numbers::pi / 180.0;
 constexpr std::int64_t kWidth = 256;
 constexpr std::int64_t kMargin = 256;  // of terrain on either side, so that the edge of the raster is none of the terrain
 constexpr double kSpacing_m = 10.0;
@@ -58,12 +58,12 @@ const Horizons& terrain() {
   return made;
 }
 
-struct Built {
+struct BuiltHorizons {
   test::TempFolder folder;
   std::filesystem::path store;
 };
 
-void build_horizons(Built& built, const RasterSpec& spec, TexelFormat format,
+void build_horizons(BuiltHorizons& built, const RasterSpec& spec, TexelFormat format,
                     const std::function<double(std::int64_t, std::int64_t, int)>& value, const channels::Options& options = {}) {
   write_raster(built.folder / "input.tif", spec, value);
   LayerRequest request = request_for({built.folder / "input.tif"}, ChannelType::kHorizon);
@@ -92,7 +92,7 @@ LitErrors lit_errors(Values& values, int steps) {
       const auto stored = values.at(steps, x, y);
       for (int d = 0; d < 2; ++d)
         for (double sun_deg = 1.0; sun_deg <= 30.0; sun_deg += 2.0) {
-          const double sun = sun_deg * kDegree;
+          const double sun = sun_deg * kOneDegree;
           double truth = 0.0;
           for (std::int64_t j = 0; j < block; ++j)
             for (std::int64_t i = 0; i < block; ++i)
@@ -112,7 +112,7 @@ LitErrors lit_errors(Values& values, int steps) {
 // Methods: the normal distribution of mean and deviation is nearer to the truth than the mean angle alone at every level: less than half as
 // far off where a texel holds sixteen and more.
 TEST(HorizonLayer, MeanAndDeviationTellTheLitFractionBetterThanTheMeanAngle) {
-  Built built;
+  BuiltHorizons built;
   build_horizons(built, kTerrainRaster, TexelFormat::kRgba16, terrain_angle);
   Values values(built.store, "horizon");
   for (int steps = 1; steps <= 3; ++steps) {
@@ -126,7 +126,7 @@ TEST(HorizonLayer, MeanAndDeviationTellTheLitFractionBetterThanTheMeanAngle) {
 }
 
 TEST(HorizonLayer, EveryLevelHoldsTheMomentsOfTheFinest) {
-  Built built;
+  BuiltHorizons built;
   build_horizons(built, kTerrainRaster, TexelFormat::kRgba16, terrain_angle);
   Values values(built.store, "horizon");
   for (int steps = 0; steps <= 3; ++steps) {
@@ -153,7 +153,7 @@ TEST(HorizonLayer, EveryLevelHoldsTheMomentsOfTheFinest) {
 
 TEST(HorizonLayer, EveryLevelReportsTheErrorOfTheLitFraction) {
   const auto lit_error = [](TexelFormat format, const channels::Options& options) {
-    Built built;
+    BuiltHorizons built;
     build_horizons(built, kTerrainRaster, format, terrain_angle, options);
     const auto metadata = nlohmann::json::parse(Values(built.store, "horizon").info().metadata_json);
     EXPECT_EQ(metadata["unit"], "rad");
@@ -175,7 +175,7 @@ TEST(HorizonLayer, EveryLevelReportsTheErrorOfTheLitFraction) {
 }
 
 TEST(HorizonLayer, LevelGroundIsExactlyLevelAtEveryLevelAndHolesStayHoles) {
-  Built built;
+  BuiltHorizons built;
   const auto holes = [](std::int64_t x, std::int64_t y) { return x >= 32 && x < 64 && y < 32; };  // a whole tile, and its coarser texels
   build_horizons(built, {.width = 100, .height = 70, .bands = 2, .type = SampleType::kFloat32}, TexelFormat::kRgba16,
                  [&](std::int64_t x, std::int64_t y, int) { return holes(x, y) ? std::nan("") : 0.0; });
@@ -208,11 +208,11 @@ TEST(HorizonLayer, DegenerateInputsBuild) {
       [&](std::int64_t, std::int64_t, int) { return nan; },
       [&](std::int64_t x, std::int64_t y, int) { return x == 0 && y == 0 ? 1.0 : nan; },
       [&](std::int64_t x, std::int64_t, int) { return x % 2 == 0 ? 1e30 : -1e30; }, [&](std::int64_t, std::int64_t, int) { return 1e-42; },
-      [&](std::int64_t x, std::int64_t y, int) { return ((x + y) % 2 == 0 ? 90.0 : -90.0) * kDegree; }};
+      [&](std::int64_t x, std::int64_t y, int) { return ((x + y) % 2 == 0 ? 90.0 : -90.0) * kOneDegree; }};
   for (const auto& size : sizes)
     for (std::size_t content = 0; content < contents.size(); ++content)
       for (const TexelFormat format : {TexelFormat::kRgba16, TexelFormat::kBc5}) {
-        Built built;
+        BuiltHorizons built;
         build_horizons(built, {.width = size[0], .height = size[1], .bands = 2, .type = SampleType::kFloat32}, format, contents[content]);
         const bool has_data = content != 0 && content != 2;
         const Tiles tiles = tiles_of(built.store, "horizon");
@@ -221,7 +221,7 @@ TEST(HorizonLayer, DegenerateInputsBuild) {
           // Half at either end: mean 0, and a deviation of 90 degrees, which is clamped to 45.
           Values values(built.store, "horizon");
           EXPECT_NEAR(values.at(1, 3, 3)[0], 0.0, 1e-6);
-          EXPECT_NEAR(values.at(1, 3, 3)[1], 45.0 * kDegree, 1e-6);
+          EXPECT_NEAR(values.at(1, 3, 3)[1], 45.0 * kOneDegree, 1e-6);
         }
       }
 }

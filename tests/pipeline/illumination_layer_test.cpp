@@ -12,12 +12,12 @@ namespace {
 
 using Light = std::function<double(std::int64_t, std::int64_t, int)>;
 
-struct Built {
+struct BuiltLight {
   LayerInfo layer;
   std::vector<double> totals;  // of light times coverage times area in base texels, by level
 };
 
-Built built(const RasterSpec& spec, const Light& light, TexelFormat format, int tile, const std::optional<Area>& area = {}) {
+BuiltLight built(const RasterSpec& spec, const Light& light, TexelFormat format, int tile, const std::optional<Area>& area = {}) {
   const test::TempFolder folder;
   write_raster(folder / "input.tif", spec, light);
   LayerRequest request = request_for({folder / "input.tif"}, ChannelType::kIllumination);
@@ -26,7 +26,7 @@ Built built(const RasterSpec& spec, const Light& light, TexelFormat format, int 
   request.area = area;
   build(folder / "a.vts", request);
   auto reader = store::StoreReader::open(folder / "a.vts");
-  Built result;
+  BuiltLight result;
   result.layer = *reader->find_layer("illumination");
   const std::size_t channels = format_info(format).channels;
   const auto edge = static_cast<std::size_t>(tile);
@@ -92,7 +92,7 @@ TEST(IlluminationLayer, TheTotalOfLightIsTheSameOnEveryLevelInEveryFormat) {
       // Decades between neighbours are beyond the two ends of a block; it takes pools of light.
       const Light light = format == TexelFormat::kBc6h ? pools : lamps;
       const double truth = total_of(spec, light);
-      const Built layer = built(spec, light, format, 4);
+      const BuiltLight layer = built(spec, light, format, 4);
       ASSERT_GE(layer.totals.size(), 7U);
       for (std::size_t level = 0; level < layer.totals.size(); ++level) {
         // A level of few numbers cannot be better than one of them; from 64 blocks on errors cancel.
@@ -109,7 +109,7 @@ TEST(IlluminationLayer, OneLampInTheDarkKeepsItsLight) {
   const RasterSpec spec{.width = 256, .height = 256, .bands = 1, .type = SampleType::kFloat32};
   const Light lamp = [](std::int64_t x, std::int64_t y, int) { return x == 77 && y == 130 ? 31000.0 : 0.0; };
   for (const TexelFormat format : kFormats) {
-    const Built layer = built(spec, lamp, format, 4);
+    const BuiltLight layer = built(spec, lamp, format, 4);
     for (std::size_t level = 0; level < layer.totals.size(); ++level) {
       EXPECT_NEAR(layer.totals[level] / (3 * 31000.0), 1.0, half_step(format)) << format_info(format).name << " level " << level;
       if (format != TexelFormat::kBc6h) {
@@ -123,7 +123,7 @@ TEST(IlluminationLayer, TwentyLevelsKeepTheTotalOfASmallPlaceInALargeArea) {
   // A strip of 2^21 texels of 2 m, of which 61 x 43 have light.
   const RasterSpec spec{.width = 61, .height = 43, .type = SampleType::kFloat32};
   const Area area{500000.0, 5400000.0 - 2.0 * 43, 500000.0 + std::ldexp(2.0, 21), 5400000.0};
-  const Built layer = built(spec, lamps, TexelFormat::kRgba32Float, 4, area);
+  const BuiltLight layer = built(spec, lamps, TexelFormat::kRgba32Float, 4, area);
   ASSERT_EQ(layer.totals.size(), 20U);
   // Each level rounds once to float: 20 * 2^-24 at most.
   for (const double total : layer.totals) EXPECT_NEAR(total / total_of(spec, lamps), 1.0, 2e-6);
@@ -134,7 +134,7 @@ TEST(IlluminationLayer, LinesOfOneTexelKeepTheirLight) {
     const RasterSpec spec{.width = width, .height = height, .type = SampleType::kFloat32};
     for (const TexelFormat format : kFormats) {
       const Light light = format == TexelFormat::kBc6h ? pools : lamps;
-      const Built layer = built(spec, light, format, 4);
+      const BuiltLight layer = built(spec, light, format, 4);
       for (const double total : layer.totals)
         EXPECT_NEAR(total / total_of(spec, light), 1.0, half_step(format)) << format_info(format).name;
     }
@@ -146,7 +146,7 @@ TEST(IlluminationLayer, WhatIsCutOffIsInTheMetadata) {
   const Light sun = [](std::int64_t x, std::int64_t y, int) { return x == 5 && y == 6 ? 1e6 : 10.0; };
   for (const TexelFormat format : kFormats) {
     const bool clips = format != TexelFormat::kRgba32Float;
-    const Built layer = built(spec, sun, format, 4);
+    const BuiltLight layer = built(spec, sun, format, 4);
     const auto quality = nlohmann::json::parse(layer.layer.metadata_json).at("quality");
     ASSERT_EQ(quality.at(1).at("name"), "clipped light");
     const auto& finest = quality.at(1).at("levels").at(0);
@@ -171,7 +171,7 @@ TEST(IlluminationLayer, LightInSmallUnitsIsKeptByAScaleThatReadersAreTold) {
   const RasterSpec spec{.width = 256, .height = 256, .bands = 1, .type = SampleType::kFloat32};
   const double truth = total_of(spec, dim_lamps);
   for (const TexelFormat format : kFormats) {
-    const Built layer = built(spec, dim_lamps, format, 4);
+    const BuiltLight layer = built(spec, dim_lamps, format, 4);
     for (std::size_t c = 0; c < 3; ++c) {
       const double scale = layer.layer.components[c].scale;
       EXPECT_EQ(scale == 1.0, format == TexelFormat::kRgba32Float) << format_info(format).name;
@@ -239,7 +239,7 @@ TEST(IlluminationLayer, DarkFramesAndHolesBuild) {
   const RasterSpec spec{.width = 33, .height = 31, .bands = 1, .type = SampleType::kFloat32};
   const auto check = [&](const Light& light, double wanted) {
     for (const TexelFormat format : kFormats) {
-      const Built layer = built(spec, light, format, 4);
+      const BuiltLight layer = built(spec, light, format, 4);
       for (const double total : layer.totals) EXPECT_NEAR(total, wanted, wanted / 256) << format_info(format).name;
     }
   };

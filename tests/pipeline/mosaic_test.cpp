@@ -9,12 +9,12 @@
 namespace vt::pipeline {
 namespace {
 
-double noisy_code(std::int64_t x, std::int64_t y, int band) { return (x + y) % 100 + hash_noise(x, y, band) % 100 + 20; }
+double any_code(std::int64_t x, std::int64_t y, int band) { return (x + y) % 100 + hash_noise(x, y, band) % 100 + 20; }
 
 TEST(Mosaic, PiecesOnOneGridEqualTheWhole) {
   const test::TempFolder folder;
   const RasterSpec whole{.width = 180, .height = 140};
-  write_raster(folder / "whole.tif", whole, noisy_code);
+  write_raster(folder / "whole.tif", whole, any_code);
   std::vector<std::filesystem::path> pieces;
   // Four pieces with an overlap; the first is not the north-western one.
   for (const TexelRect& part : {TexelRect{90, 60, 90, 80}, TexelRect{0, 0, 95, 70}, TexelRect{80, 0, 100, 70}, TexelRect{0, 60, 100, 80}}) {
@@ -24,7 +24,7 @@ TEST(Mosaic, PiecesOnOneGridEqualTheWhole) {
     spec.transform.x0 += static_cast<double>(part.x) * spec.transform.x_column;
     spec.transform.y0 += static_cast<double>(part.y) * spec.transform.y_row;
     pieces.push_back(folder / ("piece" + std::to_string(pieces.size()) + ".tif"));
-    write_raster(pieces.back(), spec, [&](std::int64_t x, std::int64_t y, int band) { return noisy_code(x + part.x, y + part.y, band); });
+    write_raster(pieces.back(), spec, [&](std::int64_t x, std::int64_t y, int band) { return any_code(x + part.x, y + part.y, band); });
   }
   build(folder / "whole.vts", request_for({folder / "whole.tif"}, ChannelType::kColor));
   for (const int block_levels : {1, 3}) {
@@ -50,7 +50,7 @@ TEST(Mosaic, GapsAndOverlapsBuildTheSameAtAnyBlockSize) {
     spec.transform.x0 += static_cast<double>(part.x) * spec.transform.x_column;
     spec.transform.y0 += static_cast<double>(part.y) * spec.transform.y_row;
     pieces.push_back(folder / ("piece" + std::to_string(i) + ".tif"));
-    write_raster(pieces.back(), spec, [&](std::int64_t x, std::int64_t y, int band) { return noisy_code(x + part.x, y + part.y, band); });
+    write_raster(pieces.back(), spec, [&](std::int64_t x, std::int64_t y, int band) { return any_code(x + part.x, y + part.y, band); });
   }
   LayerRequest request = request_for(pieces, ChannelType::kColor);
   request.format = TexelFormat::kRgb8;
@@ -69,7 +69,7 @@ TEST(Mosaic, GapsAndOverlapsBuildTheSameAtAnyBlockSize) {
       const std::int64_t i = y / 65 * 5 + x / 60;
       if (i == 6 || i == 8 || i == 13 || y % 65 < 5) continue;
       const auto texel = texel_at<std::uint8_t, 3>(*first, 5, Level{4}, x, y);
-      for (int band = 0; band < 3; ++band) ASSERT_EQ(texel[static_cast<std::size_t>(band)], noisy_code(x, y, band)) << x << "," << y;
+      for (int band = 0; band < 3; ++band) ASSERT_EQ(texel[static_cast<std::size_t>(band)], any_code(x, y, band)) << x << "," << y;
     }
 }
 
@@ -86,7 +86,7 @@ TEST(Mosaic, TheQualityOfPiecesIsThatOfTheWhole) {
   // Whole blocks: what stands in texels without data is not the same, and would show in those beside them.
   const auto is_hole = [](std::int64_t x, std::int64_t y) { return x >= 120 && y >= 72; };
   write_raster(folder / "whole.tif", whole,
-               [&](std::int64_t x, std::int64_t y, int band) { return is_hole(x, y) ? 0.0 : noisy_code(x, y, band); });
+               [&](std::int64_t x, std::int64_t y, int band) { return is_hole(x, y) ? 0.0 : any_code(x, y, band); });
   std::vector<std::filesystem::path> pieces;
   // The upper two fill whole chunks together; beside the lower one there is nothing.
   for (const TexelRect& part : {TexelRect{0, 0, 90, 72}, TexelRect{90, 0, 90, 72}, TexelRect{0, 72, 120, 68}}) {
@@ -96,7 +96,7 @@ TEST(Mosaic, TheQualityOfPiecesIsThatOfTheWhole) {
     spec.transform.x0 += static_cast<double>(part.x) * spec.transform.x_column;
     spec.transform.y0 += static_cast<double>(part.y) * spec.transform.y_row;
     pieces.push_back(folder / ("piece" + std::to_string(pieces.size()) + ".tif"));
-    write_raster(pieces.back(), spec, [&](std::int64_t x, std::int64_t y, int band) { return noisy_code(x + part.x, y + part.y, band); });
+    write_raster(pieces.back(), spec, [&](std::int64_t x, std::int64_t y, int band) { return any_code(x + part.x, y + part.y, band); });
   }
   for (const TexelFormat format : {TexelFormat::kRgb8, TexelFormat::kBc1}) {
     const std::string name(format_info(format).name);
@@ -153,7 +153,7 @@ TEST(Mosaic, OfSeveralBadFilesTheFirstIsNamed) {
   std::vector<std::filesystem::path> pieces;
   for (int i = 0; i < 30; ++i) {
     pieces.push_back(folder / ("p" + std::to_string(i) + ".tif"));
-    if (i < 11) write_raster(pieces.back(), {.width = 8, .height = 8}, noisy_code);
+    if (i < 11) write_raster(pieces.back(), {.width = 8, .height = 8}, any_code);
   }
   for (int round = 0; round < 5; ++round) {
     const auto plan = plan_layer(request_for(pieces, ChannelType::kColor), std::nullopt, {.threads = 4});

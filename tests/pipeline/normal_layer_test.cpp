@@ -9,14 +9,14 @@
 namespace vt::pipeline {
 namespace {
 
-constexpr double kDegree = std::numbers::pi / 180.0;
+constexpr double kRadiansOfDegree = std::numbers::pi / 180.0;
 
-struct Built {
+struct BuiltNormals {
   test::TempFolder folder;
   std::filesystem::path store;
 };
 
-void build_normals(Built& built, const RasterSpec& spec, TexelFormat format,
+void build_normals(BuiltNormals& built, const RasterSpec& spec, TexelFormat format,
                    const std::function<double(std::int64_t, std::int64_t, int)>& value, const channels::Options& options = {}) {
   write_raster(built.folder / "input.tif", spec, value);
   LayerRequest request = request_for({built.folder / "input.tif"}, ChannelType::kNormal);
@@ -51,10 +51,10 @@ double terrain_component(std::int64_t x, std::int64_t y, int band) {
 
 TEST(NormalLayer, StripesOf60DegreesKeepTheirDirectionAndSayHowShortTheirMeanIs) {
   const auto stripes = [](std::int64_t x, std::int64_t, int band) {
-    return band == 0 ? (x % 2 == 0 ? 1.0 : -1.0) * std::sin(60.0 * kDegree) : band == 1 ? 0.0 : std::cos(60.0 * kDegree);
+    return band == 0 ? (x % 2 == 0 ? 1.0 : -1.0) * std::sin(60.0 * kRadiansOfDegree) : band == 1 ? 0.0 : std::cos(60.0 * kRadiansOfDegree);
   };
   for (const TexelFormat format : {TexelFormat::kRgb8, TexelFormat::kRg16, TexelFormat::kBc5}) {
-    Built built;
+    BuiltNormals built;
     build_normals(built, {.width = 64, .height = 64, .type = SampleType::kFloat32}, format, stripes);
     Values direction(built.store, "normal");
     Values length(built.store, "normal/length");
@@ -73,7 +73,7 @@ TEST(NormalLayer, StripesOf60DegreesKeepTheirDirectionAndSayHowShortTheirMeanIs)
 
 TEST(NormalLayer, AConstantFieldStaysItselfAtEveryLevelWithLengthOne) {
   const std::array<double, 3> tilted{0.36, 0.48, 0.8};
-  Built built;
+  BuiltNormals built;
   build_normals(built, {.width = 77, .height = 133, .type = SampleType::kFloat32}, TexelFormat::kRgba16,
                 [&](std::int64_t, std::int64_t, int band) { return 3.0 * tilted[static_cast<std::size_t>(band)]; });
   Values values(built.store, "normal");
@@ -86,7 +86,7 @@ TEST(NormalLayer, AConstantFieldStaysItselfAtEveryLevelWithLengthOne) {
 }
 
 TEST(NormalLayer, EveryLevelIsTheMeanOfTheFinestWithinItsQuantisation) {
-  Built built;
+  BuiltNormals built;
   build_normals(built, {.width = 256, .height = 256, .type = SampleType::kFloat32}, TexelFormat::kRgba16, terrain_component);
   Values values(built.store, "normal");
   for (int steps = 0; steps <= 3; ++steps) {
@@ -113,7 +113,7 @@ TEST(NormalLayer, TheLengthBringsShadingNearerToTheMeanOfTheShading) {
   for (std::int64_t y = 0; y < kWidth; ++y)
     for (std::int64_t x = 0; x < kWidth; ++x) normals.push_back(terrain_normal(static_cast<double>(x), static_cast<double>(y)));
   const auto normal_at = [&](std::int64_t x, std::int64_t y) { return normals[static_cast<std::size_t>(y * kWidth + x)]; };
-  Built built;
+  BuiltNormals built;
   build_normals(built, {.width = kWidth, .height = kWidth, .type = SampleType::kFloat32}, TexelFormat::kRg16,
                 [&](std::int64_t x, std::int64_t y, int band) { return normal_at(x, y)[static_cast<std::size_t>(band)]; });
   Values direction(built.store, "normal");
@@ -127,9 +127,9 @@ TEST(NormalLayer, TheLengthBringsShadingNearerToTheMeanOfTheShading) {
     for (std::int64_t y = 0; y < kWidth / block; ++y)
       for (std::int64_t x = 0; x < kWidth / block; ++x)
         for (const double sun_azimuth_deg : {20.0, 140.0, 260.0}) {
-          const double elevation = 35.0 * kDegree;
-          const std::array<double, 3> sun{std::cos(elevation) * std::sin(sun_azimuth_deg * kDegree),
-                                          std::cos(elevation) * std::cos(sun_azimuth_deg * kDegree), std::sin(elevation)};
+          const double elevation = 35.0 * kRadiansOfDegree;
+          const std::array<double, 3> sun{std::cos(elevation) * std::sin(sun_azimuth_deg * kRadiansOfDegree),
+                                          std::cos(elevation) * std::cos(sun_azimuth_deg * kRadiansOfDegree), std::sin(elevation)};
           const auto lambert = [&](const auto& n) { return std::max(0.0, n[0] * sun[0] + n[1] * sun[1] + n[2] * sun[2]); };
           double truth = 0.0;
           for (std::int64_t j = 0; j < block; ++j)
@@ -155,7 +155,7 @@ TEST(NormalLayer, TheLengthBringsShadingNearerToTheMeanOfTheShading) {
 
 TEST(NormalLayer, EveryLevelReportsItsAngles) {
   const auto angles = [](TexelFormat format) {
-    Built built;
+    BuiltNormals built;
     build_normals(built, {.width = 200, .height = 120, .type = SampleType::kFloat32}, format, terrain_component);
     const auto metadata = nlohmann::json::parse(Values(built.store, "normal").info().metadata_json);
     EXPECT_EQ(metadata["components"][0], "east");
@@ -205,7 +205,7 @@ TEST(NormalLayer, DegenerateInputsBuild) {
   for (const auto& size : sizes)
     for (std::size_t content = 0; content < contents.size(); ++content)
       for (const TexelFormat format : {TexelFormat::kRgb8, TexelFormat::kBc5}) {
-        Built built;
+        BuiltNormals built;
         build_normals(built, {.width = size[0], .height = size[1], .type = SampleType::kFloat32}, format, contents[content],
                       {{"moments", "lean"}});
         const bool has_data = content != 0 && content != 3;

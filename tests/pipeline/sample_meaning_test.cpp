@@ -23,8 +23,8 @@ using test::RawTiff;
 constexpr std::uint16_t kExtraSamples = 338;
 constexpr std::uint16_t kMetadata = 42112;
 constexpr std::uint16_t kNodata = 42113;
-constexpr std::uint32_t kEdge = 8;
-constexpr std::size_t kCount = kEdge * kEdge;
+constexpr std::uint32_t kSide = 8;
+constexpr std::size_t kCount = kSide * kSide;
 
 std::string noted(const std::string& items) { return "<GDALMetadata>" + items + "</GDALMetadata>"; }
 std::string item(int band, const std::string& role, const std::string& text) {
@@ -78,12 +78,12 @@ class SampleMeaning : public testing::Test {
   int count_ = 0;
 };
 
-// A page of kEdge x kEdge samples of `bands` numbers each.
+// A page of kSide x kSide samples of `bands` numbers each.
 template <class T>
 RawTiff::Page page_of(const std::vector<T>& samples, std::uint16_t bands = 1, std::uint16_t photometric = 1) {
   const std::uint16_t format = std::is_floating_point_v<T> ? 3 : std::is_signed_v<T> ? 2 : 1;
-  return {.width = kEdge,
-          .height = kEdge,
+  return {.width = kSide,
+          .height = kSide,
           .bits = 8 * sizeof(T),
           .samples = bands,
           .photometric = photometric,
@@ -93,7 +93,7 @@ RawTiff::Page page_of(const std::vector<T>& samples, std::uint16_t bands = 1, st
 
 // A mask directory, all rows alike.
 void add_mask(RawTiff& tiff, char row) {
-  tiff.page({.width = kEdge, .height = kEdge, .bits = 1, .photometric = 4, .pixels = std::string(kEdge, row)}).longs(254, {4});
+  tiff.page({.width = kSide, .height = kSide, .bits = 1, .photometric = 4, .pixels = std::string(kSide, row)}).longs(254, {4});
 }
 
 TEST_F(SampleMeaning, AMaskIsAllOrNothingWhateverTheSamplesType) {
@@ -104,8 +104,8 @@ TEST_F(SampleMeaning, AMaskIsAllOrNothingWhateverTheSamplesType) {
   request.range = {{0.0, 3000.0}};
   const LevelValues texels = build_from(tiff, request);
   EXPECT_EQ(layer_.format, TexelFormat::kRgba8);
-  for (std::int64_t y = 0; y < kEdge; ++y)
-    for (std::int64_t x = 0; x < kEdge; ++x) {
+  for (std::int64_t y = 0; y < kSide; ++y)
+    for (std::int64_t x = 0; x < kSide; ++x) {
       EXPECT_EQ(texels.at(x, y, 3), x < 4 ? 255.0 : 0.0) << x << ", " << y;
       if (x < 4) {
         EXPECT_EQ(texels.at(x, y, 0), 255.0);
@@ -116,13 +116,13 @@ TEST_F(SampleMeaning, AMaskIsAllOrNothingWhateverTheSamplesType) {
 TEST_F(SampleMeaning, AlphaOfElevenBitsIsFullAt2047) {
   // Two samples of 11 bits in each of 8 x 8 texels: 0x7FF, then 0x7FF or 0x400, packed most significant bit first.
   std::string pixels;
-  for (std::uint32_t row = 0; row < kEdge; ++row) {
+  for (std::uint32_t row = 0; row < kSide; ++row) {
     std::string bits;
-    for (std::uint32_t x = 0; x < kEdge; ++x) bits += std::string(11, '1') + (x < 4 ? std::string(11, '1') : "1" + std::string(10, '0'));
+    for (std::uint32_t x = 0; x < kSide; ++x) bits += std::string(11, '1') + (x < 4 ? std::string(11, '1') : "1" + std::string(10, '0'));
     for (std::size_t at = 0; at < bits.size(); at += 8) pixels += static_cast<char>(std::stoi(bits.substr(at, 8), nullptr, 2));
   }
   RawTiff tiff;
-  tiff.page({.width = kEdge, .height = kEdge, .bits = 11, .samples = 2, .pixels = pixels}).utm33().shorts(kExtraSamples, {2});
+  tiff.page({.width = kSide, .height = kSide, .bits = 11, .samples = 2, .pixels = pixels}).utm33().shorts(kExtraSamples, {2});
   const LevelValues texels = build_from(tiff, of(ChannelType::kColor));
   EXPECT_EQ(texels.at(0, 0, 0), 255.0);
   EXPECT_EQ(texels.at(0, 0, 3), 255.0);
@@ -151,7 +151,7 @@ TEST_F(SampleMeaning, CoverageOfEveryKindReachesEveryChannel) {
       const bool in_bands = how == "alpha band" || how == "band that is named";
       std::vector<float> samples;
       for (std::size_t i = 0; i < kCount; ++i) {
-        const bool is_covered = i % kEdge < 5;
+        const bool is_covered = i % kSide < 5;
         for (int b = 0; b < kind.bands; ++b) samples.push_back(static_cast<float>(is_covered ? kind.covered : kind.uncovered));
         if (in_bands) samples.push_back(is_covered ? 1.0F : 0.0F);
       }
@@ -174,9 +174,9 @@ TEST_F(SampleMeaning, CoverageOfEveryKindReachesEveryChannel) {
       tiff.write(path);
       if (how == "mask beside") {
         std::string mask;
-        for (std::size_t i = 0; i < kCount; ++i) mask += i % kEdge < 5 ? '\xFF' : '\0';
+        for (std::size_t i = 0; i < kCount; ++i) mask += i % kSide < 5 ? '\xFF' : '\0';
         RawTiff beside;
-        beside.page({.width = kEdge, .height = kEdge, .pixels = mask}).write(folder_ / ("c" + std::to_string(checked) + ".tif.msk"));
+        beside.page({.width = kSide, .height = kSide, .pixels = mask}).write(folder_ / ("c" + std::to_string(checked) + ".tif.msk"));
       }
       const LevelValues finest = build_path(path, request);
       // Of the coarser texel that lies half over covered and half over uncovered samples, the mean is that of the covered ones.
@@ -245,11 +245,11 @@ TEST_F(SampleMeaning, InfraredIsNoCoverageAndColoursAreFoundByTheirRoles) {
 
 TEST_F(SampleMeaning, NarrowCodesAreWhiteAtTheirLargest) {
   RawTiff bits;
-  bits.page({.width = kEdge, .height = kEdge, .bits = 1, .pixels = std::string(kEdge, '\x0F')}).utm33();
+  bits.page({.width = kSide, .height = kSide, .bits = 1, .pixels = std::string(kSide, '\x0F')}).utm33();
   RawTiff nibbles;
-  nibbles.page({.width = kEdge, .height = kEdge, .bits = 4, .pixels = std::string(kEdge * 4, '\x5F')}).utm33();
+  nibbles.page({.width = kSide, .height = kSide, .bits = 4, .pixels = std::string(kSide * 4, '\x5F')}).utm33();
   RawTiff white;
-  white.page({.width = kEdge, .height = kEdge, .bits = 1, .photometric = 0, .pixels = std::string(kEdge, '\x0F')}).utm33();
+  white.page({.width = kSide, .height = kSide, .bits = 1, .photometric = 0, .pixels = std::string(kSide, '\x0F')}).utm33();
   const LevelValues of_bits = build_from(bits, of(ChannelType::kColor));
   EXPECT_EQ(of_bits.at(0, 0), 0.0);
   EXPECT_EQ(of_bits.at(5, 0), 255.0);
@@ -271,7 +271,7 @@ TEST_F(SampleMeaning, PalettesWithAlphaAreColours) {
   std::vector<std::uint16_t> colors(3 * 256, 0);
   colors[7] = 65535;
   std::vector<std::uint8_t> samples;
-  for (std::size_t i = 0; i < kCount; ++i) samples.insert(samples.end(), {7, static_cast<std::uint8_t>(i % kEdge < 4 ? 255 : 0)});
+  for (std::size_t i = 0; i < kCount; ++i) samples.insert(samples.end(), {7, static_cast<std::uint8_t>(i % kSide < 4 ? 255 : 0)});
   RawTiff tiff;
   tiff.page(page_of(samples, 2, 3)).utm33().shorts(320, colors).shorts(kExtraSamples, {2});
   const LevelValues texels = build_from(tiff, of(ChannelType::kColor));
@@ -424,8 +424,8 @@ TEST_F(SampleMeaning, SixDigitsOfTheLowestFloatAreEnough) {
   tiff.page(page_of(samples)).utm33().text(kNodata, "-3.40282e+38");
   const LevelValues heights = build_from(tiff, of(ChannelType::kElevation));
   int voids = 0;
-  for (std::int64_t y = 0; y < kEdge; ++y)
-    for (std::int64_t x = 0; x < kEdge; ++x) voids += heights.is_void(x, y) ? 1 : 0;
+  for (std::int64_t y = 0; y < kSide; ++y)
+    for (std::int64_t x = 0; x < kSide; ++x) voids += heights.is_void(x, y) ? 1 : 0;
   EXPECT_EQ(voids, 20);
 }
 

@@ -17,14 +17,14 @@ namespace {
 
 using Value = std::function<double(std::int64_t, std::int64_t, int)>;
 
-struct Built {
+struct BuiltSensor {
   LayerInfo layer;
   std::vector<std::vector<double>> values;  // by level, those inside the data; NaN for none
   nlohmann::json metadata;
 };
 
-Built built(const std::filesystem::path& input, const channels::Options& options, TexelFormat format, int tile,
-            const std::optional<Area>& area = {}, std::optional<double> nodata = {}) {
+BuiltSensor built(const std::filesystem::path& input, const channels::Options& options, TexelFormat format, int tile,
+                  const std::optional<Area>& area = {}, std::optional<double> nodata = {}) {
   const test::TempFolder folder;
   LayerRequest request = request_for({input}, ChannelType::kSensor);
   if (nodata) request.sources[0].nodata = {*nodata};
@@ -33,7 +33,7 @@ Built built(const std::filesystem::path& input, const channels::Options& options
   request.options = options;
   request.area = area;
   build(folder / "a.vts", request);
-  Built result;
+  BuiltSensor result;
   auto reader = store::StoreReader::open(folder / "a.vts");
   result.layer = *reader->find_layer("sensor");
   result.metadata = nlohmann::json::parse(result.layer.metadata_json);
@@ -54,8 +54,8 @@ Built built(const std::filesystem::path& input, const channels::Options& options
   return result;
 }
 
-Built built_of(const RasterSpec& spec, const Value& value, const channels::Options& options, TexelFormat format, int tile,
-               const std::optional<Area>& area = {}) {
+BuiltSensor built_of(const RasterSpec& spec, const Value& value, const channels::Options& options, TexelFormat format, int tile,
+                     const std::optional<Area>& area = {}) {
   const test::TempFolder folder;
   write_raster(folder / "input.tif", spec, value);
   return built(folder / "input.tif", options, format, tile, area);
@@ -85,14 +85,14 @@ TEST(SensorLayer, TheMeanRadianceIsTheSameOnEveryLevelInEveryFormat) {
   for (int y = 0; y < 128; ++y)
     for (int x = 0; x < 256; ++x) truth += medium_wave().radiance(static_cast<float>(kelvins(x, y, 0))) / (256 * 128);
   for (const TexelFormat format : {TexelFormat::kR32Float, TexelFormat::kR16Float, TexelFormat::kR16, TexelFormat::kBc4}) {
-    const Built layer = built_of(spec, kelvins, {{"quantity", "temperature"}, {"band", "3,5"}, {"span", "0,14"}}, format, 4);
+    const BuiltSensor layer = built_of(spec, kelvins, {{"quantity", "temperature"}, {"band", "3,5"}, {"span", "0,14"}}, format, 4);
     ASSERT_GE(layer.values.size(), 7U);
     for (std::size_t level = 0; level < layer.values.size(); ++level)
       EXPECT_NEAR(mean_of(layer.values[level]) / truth, 1.0, 0.001) << format_info(format).name << " level " << level;
   }
   // Stored as temperature the same mean comes out, once turned back.
-  const Built layer = built_of(spec, kelvins, {{"quantity", "temperature"}, {"band", "3,5"}, {"span", "230,370"}, {"store", "temperature"}},
-                               TexelFormat::kR16, 4);
+  const BuiltSensor layer = built_of(
+      spec, kelvins, {{"quantity", "temperature"}, {"band", "3,5"}, {"span", "230,370"}, {"store", "temperature"}}, TexelFormat::kR16, 4);
   for (const std::vector<double>& level : layer.values) {
     std::vector<double> radiance;
     for (const double kelvin : level) radiance.push_back(medium_wave().radiance(kelvin));
@@ -103,7 +103,7 @@ TEST(SensorLayer, TheMeanRadianceIsTheSameOnEveryLevelInEveryFormat) {
 TEST(SensorLayer, TwentyLevelsKeepTheMeanOfASmallPlaceInALargeArea) {
   const RasterSpec spec{.width = 64, .height = 64, .bands = 1, .type = SampleType::kFloat32};
   const Area area{500000.0, 5400000.0 - 2.0 * 64, 500000.0 + std::ldexp(2.0, 21), 5400000.0};
-  const Built layer = built_of(spec, kelvins, {{"quantity", "temperature"}, {"band", "3,5"}}, TexelFormat::kR32Float, 4, area);
+  const BuiltSensor layer = built_of(spec, kelvins, {{"quantity", "temperature"}, {"band", "3,5"}}, TexelFormat::kR32Float, 4, area);
   ASSERT_EQ(layer.values.size(), 20U);
   const double finest = mean_of(layer.values.back());
   // Texels without data do not count, so the mean stays; each level rounds once to float.
@@ -130,7 +130,7 @@ TEST(SensorLayer, AnInfiniteSumIsAnErrorThatSaysWhatToDo) {
         << built_one.error().message;
   }
   // What it says helps.
-  const Built layer = built(folder / "input.tif", {}, TexelFormat::kR32Float, 8, {}, kLargest);
+  const BuiltSensor layer = built(folder / "input.tif", {}, TexelFormat::kR32Float, 8, {}, kLargest);
   for (const std::vector<double>& level : layer.values)
     for (const double value : level) EXPECT_TRUE(std::isnan(value) || value < 400.0);
 }
@@ -144,7 +144,7 @@ TEST(SensorLayer, WideSamplesAreAveragedAndReportedInDoublePrecision) {
     return 1e6 + 1e-3 * std::sin(static_cast<double>(x) / 3.0) + 1e-3 * std::cos(static_cast<double>(y) / 4.0);
   };
   write_raster(folder / "input.tif", spec, waves);
-  const Built layer = built(folder / "input.tif", {{"span", "999999.99,1000000.01"}, {"unit", "x"}}, TexelFormat::kR16, 4);
+  const BuiltSensor layer = built(folder / "input.tif", {{"span", "999999.99,1000000.01"}, {"unit", "x"}}, TexelFormat::kR16, 4);
   const double step = layer.layer.components[0].scale;
   ASSERT_LT(step, 3.1e-7);
   for (std::size_t level = 0; level < layer.values.size(); ++level) {
@@ -214,7 +214,7 @@ TEST(SensorLayer, AFireOfOnePercentIsSeenInTheMediumWave) {
   // 41 of 64 x 64 texels burn: 1 % of the area at 800 K among 300 K.
   const RasterSpec spec{.width = 64, .height = 64, .bands = 1, .type = SampleType::kFloat32};
   const Value fire = [](std::int64_t x, std::int64_t y, int) { return x * 64 + y < 41 ? 800.0 : 300.0; };
-  const Built layer =
+  const BuiltSensor layer =
       built_of(spec, fire, {{"quantity", "temperature"}, {"band", "3,5"}, {"store", "temperature"}}, TexelFormat::kR32Float, 4);
   const double share = 41.0 / 4096;
   const double wanted = medium_wave().temperature(share * medium_wave().radiance(800.0) + (1 - share) * medium_wave().radiance(300.0));
@@ -227,7 +227,7 @@ TEST(SensorLayer, AFireOfOnePercentIsSeenInTheMediumWave) {
 
 TEST(SensorLayer, ErrorsAreReportedInTheLayersUnitAndInKelvins) {
   const RasterSpec spec{.width = 64, .height = 64, .bands = 1, .type = SampleType::kFloat32};
-  const Built layer = built_of(spec, kelvins, {{"quantity", "temperature"}, {"band", "3,5"}, {"span", "0,5"}}, TexelFormat::kR16, 16);
+  const BuiltSensor layer = built_of(spec, kelvins, {{"quantity", "temperature"}, {"band", "3,5"}, {"span", "0,5"}}, TexelFormat::kR16, 16);
   EXPECT_EQ(layer.metadata.at("quantity"), "radiance");
   EXPECT_EQ(layer.metadata.at("band_um"), (std::vector<double>{3.0, 5.0}));
   const auto& quality = layer.metadata.at("quality");
@@ -247,7 +247,7 @@ TEST(SensorLayer, HolesAndDegenerateSizesBuild) {
     for (const TexelFormat format : {TexelFormat::kR32Float, TexelFormat::kR16, TexelFormat::kBc4}) {
       const channels::Options options{{"quantity", "temperature"}, {"band", "3,5"}, {"span", "100,400"}, {"store", "temperature"}};
       const auto check = [&](const Value& value) {
-        const Built layer = built_of(spec, value, options, format, 4);
+        const BuiltSensor layer = built_of(spec, value, options, format, 4);
         for (const std::vector<double>& level : layer.values)
           for (const double kelvin : level) EXPECT_TRUE(std::isnan(kelvin) || (kelvin >= 99.99 && kelvin <= 400.01)) << kelvin;
       };
@@ -310,9 +310,10 @@ TEST(SensorLayer, RealThermalBandsKeepTheirMeanRadiance) {
   const std::filesystem::path folder = std::filesystem::path(VT_TEST_DATA) / "sensor";
   if (!std::filesystem::exists(folder / "elkton_L8-B10.tiff")) GTEST_SKIP() << "no thermal rasters in " << folder;
   // Landsat 8 band 10: spectral radiance 3.342e-4 DN + 0.1 W/(m2 sr um), over 0.59 um. 0 is no data.
-  const Built layer = built(folder / "elkton_L8-B10.tiff",
-                            {{"band", "10.6,11.19"}, {"store", "temperature"}, {"input-scale", "1.97178e-4"}, {"input-offset", "0.059"}},
-                            TexelFormat::kR32Float, 4, {}, 0.0);
+  const BuiltSensor layer =
+      built(folder / "elkton_L8-B10.tiff",
+            {{"band", "10.6,11.19"}, {"store", "temperature"}, {"input-scale", "1.97178e-4"}, {"input-offset", "0.059"}},
+            TexelFormat::kR32Float, 4, {}, 0.0);
   const channels::BandRadiance band({{10.6, 1.0}, {11.19, 1.0}});
   std::vector<double> means;
   for (const std::vector<double>& level : layer.values) {

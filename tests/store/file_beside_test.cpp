@@ -23,13 +23,6 @@ using testing::HasSubstr;
 using testing::IsEmpty;
 using testing::MatchesRegex;
 
-std::vector<std::string> names_in(const std::filesystem::path& folder) {
-  std::vector<std::string> names;
-  for (const auto& entry : std::filesystem::directory_iterator(folder)) names.push_back(entry.path().filename().string());
-  std::ranges::sort(names);
-  return names;
-}
-
 struct stat status_of(const std::filesystem::path& path) {
   struct stat info = {};
   if (lstat(path.c_str(), &info) != 0) throw std::runtime_error(path.string() + ": cannot stat");

@@ -15,11 +15,13 @@
 #include <thread>
 #include <vector>
 
+#include "tests/store/store_support.h"
 #include "tests/support/temp_folder.h"
 
 namespace vt::store {
 namespace {
 
+using test::names_in;
 using test::TempFolder;
 using testing::ElementsAre;
 using testing::HasSubstr;
@@ -33,13 +35,6 @@ std::string content(const std::filesystem::path& path) {
 }
 
 void put(const std::filesystem::path& path, const std::string& text) { std::ofstream(path, std::ios::binary) << text; }
-
-std::vector<std::string> names_in(const std::filesystem::path& folder) {
-  std::vector<std::string> names;
-  for (const auto& entry : std::filesystem::directory_iterator(folder)) names.push_back(entry.path().filename().string());
-  std::sort(names.begin(), names.end());
-  return names;
-}
 
 mode_t mode_of(const std::filesystem::path& path) {
   struct stat status = {};

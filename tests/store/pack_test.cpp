@@ -162,13 +162,6 @@ Contents texture_contents(const StoreReader& reader) {
   return contents;
 }
 
-std::vector<std::string> names_in(const std::filesystem::path& folder) {
-  std::vector<std::string> names;
-  for (const auto& entry : std::filesystem::directory_iterator(folder)) names.push_back(entry.path().filename().string());
-  std::sort(names.begin(), names.end());
-  return names;
-}
-
 const PackOptions kNoSync{.writer = {.sync = false}};
 
 struct PackTest : testing::Test {

@@ -1,5 +1,6 @@
 #include "tests/store/store_support.h"
 
+#include <algorithm>
 #include <fstream>
 
 #include "store/half.h"
@@ -19,6 +20,13 @@ void write_file(const std::filesystem::path& path, std::span<const std::byte> by
   std::ofstream file(path, std::ios::binary | std::ios::trunc);
   file.write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
   if (!file.flush()) throw std::runtime_error(path.string() + ": cannot write");
+}
+
+std::vector<std::string> names_in(const std::filesystem::path& folder) {
+  std::vector<std::string> names;
+  for (const auto& entry : std::filesystem::directory_iterator(folder)) names.push_back(entry.path().filename().string());
+  std::ranges::sort(names);
+  return names;
 }
 
 LayerInfo small_layer(std::string name, TexelFormat format, int tile_exponent, int finest) {

@@ -30,6 +30,9 @@ void write_file(const std::filesystem::path& path, std::span<const std::byte> by
 
 [[nodiscard]] inline TileId tile_at(int level, std::uint32_t x, std::uint32_t y) { return {Level{static_cast<std::uint8_t>(level)}, x, y}; }
 
+// Of a folder's files, sorted.
+[[nodiscard]] std::vector<std::string> names_in(const std::filesystem::path& folder);
+
 // A layer whose data fill the padded square.
 [[nodiscard]] LayerInfo small_layer(std::string name, TexelFormat format, int tile_exponent, int finest);
 

@@ -4,8 +4,9 @@ add_library(vt_flags INTERFACE)
 target_include_directories(vt_flags INTERFACE ${PROJECT_SOURCE_DIR})
 # Options are plain structs with defaults, set by designated initialisers: fields left out are meant to be.
 target_compile_options(vt_flags INTERFACE -Wno-missing-field-initializers)
+# VT_MAY_SHADOW: where a name may be that of the file before, see vt_together().
 # Products and sums must round the same way on every CPU, or tiles would differ from machine to machine: no contraction into fused multiply-add.
-target_compile_options(vt_flags INTERFACE -Wall -Wextra -Wpedantic -Wshadow $<$<BOOL:${VT_WARNINGS_ARE_ERRORS}>:-Werror> -ffp-contract=off)
+target_compile_options(vt_flags INTERFACE -Wall -Wextra -Wpedantic $<$<NOT:$<BOOL:$<TARGET_PROPERTY:VT_MAY_SHADOW>>>:-Wshadow> $<$<BOOL:${VT_WARNINGS_ARE_ERRORS}>:-Werror> -ffp-contract=off)
 # GCC 12 sees overlapping copies in std::string's own code (its bug 105651).
 target_compile_options(vt_flags INTERFACE $<$<CXX_COMPILER_ID:GNU>:-Wno-restrict>)
 if(VT_SANITIZE)
@@ -20,6 +21,13 @@ if(VT_FUZZ)
   target_compile_options(vt_flags INTERFACE -fsanitize=fuzzer-no-link,address,undefined)
   target_link_options(vt_flags INTERFACE -fsanitize=address,undefined)
 endif()
+
+# vt_together(vt_cli ...): compiles the targets' files several at a time, where parsing what they all include takes most of the time. The price is
+# that names in their anonymous namespaces have to differ. Not in the release preset, where every file shows that it includes what it needs.
+option(VT_UNITY "Tests, tools and some rooms are compiled several files at a time" OFF)
+function(vt_together)
+  set_target_properties(${ARGN} PROPERTIES UNITY_BUILD ${VT_UNITY} UNITY_BUILD_BATCH_SIZE 8 VT_MAY_SHADOW ${VT_UNITY})
+endfunction()
 
 # vt_room(vt_store SOURCES a.cpp ... LINKS PUBLIC|PRIVATE ...)
 function(vt_room name)
@@ -42,13 +50,17 @@ function(vt_needs_pictures name)
   endif()
 endfunction()
 
-# vt_test(store_test SOURCES a_test.cpp ... LINKS vt_store [ENVIRONMENT A=b ...] [LABELS ...] [SERIAL])
+# vt_test(store_test SOURCES a_test.cpp ... LINKS vt_store [ENVIRONMENT A=b ...] [LABELS ...] [SERIAL] [TOGETHER])
 # One program a room; ctest sees every case. Test programs find real rasters through VT_TEST_DATA and skip, saying so, when it is not there.
+# TOGETHER: see vt_together().
 function(vt_test name)
-  cmake_parse_arguments(ARG "SERIAL" "" "SOURCES;LINKS;ENVIRONMENT;LABELS" ${ARGN})
+  cmake_parse_arguments(ARG "SERIAL;TOGETHER" "" "SOURCES;LINKS;ENVIRONMENT;LABELS" ${ARGN})
   add_executable(${name} ${ARG_SOURCES})
   target_link_libraries(${name} PRIVATE vt_flags ${ARG_LINKS} GTest::gtest_main GTest::gmock)
   vt_needs_pictures(${name})
+  if(ARG_TOGETHER)
+    vt_together(${name})
+  endif()
   # The time-out is for tests that hang; a busy machine may take its time.
   set(properties ENVIRONMENT "${ARG_ENVIRONMENT}" LABELS "${ARG_LABELS}" TIMEOUT 3600)
   if(ARG_SERIAL)
