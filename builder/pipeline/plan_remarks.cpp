@@ -56,6 +56,24 @@ void remark_on_numbers(const LayerRequest& request, const OpenSource& source, co
   }
 }
 
+// "bands 1, 2 and 3 of 6 are taken, ...": where nobody, neither user nor file, has said that the first bands are the ones that are meant.
+std::string bands_taken(const OpenSource& source, const resample::PlacedSource& placed) {
+  const source::RasterInfo& info = source.raster->info();
+  const auto values = std::span(placed.bands).first(static_cast<std::size_t>(placed.layout.value_bands));
+  const auto is_coverage = [&](const source::BandMeaning& band) { return band.role == source::BandRole::kCoverage; };
+  const auto value_bands = info.bands - std::ranges::count_if(info.meaning, is_coverage);
+  const auto says_color = [&](int band) {
+    const source::BandRole role = info.meaning[static_cast<std::size_t>(band)].role;
+    return role == source::BandRole::kRed || role == source::BandRole::kGreen || role == source::BandRole::kBlue;
+  };
+  if (!source.request.bands.empty() || value_bands <= placed.layout.value_bands || std::ranges::all_of(values, says_color)) return {};
+  std::string names;
+  for (std::size_t i = 0; i < values.size(); ++i)
+    names += (i == 0 ? "" : i + 1 == values.size() ? " and " : ", ") + std::to_string(values[i] + 1);
+  return (values.size() == 1 ? "band " : "bands ") + names + " of " + std::to_string(info.bands) + (values.size() == 1 ? " is" : " are") +
+         " taken; --bands names others";
+}
+
 bool concerns(source::Concern concern, ChannelType channel) {
   switch (concern) {
     case source::Concern::kAll:
@@ -146,6 +164,7 @@ void remark_on(const LayerRequest& request, const geo::Crs& crs, const std::vect
     if (leaves_alpha)
       shared.add("its coverage (band " + std::to_string(info.alpha_band + 1) + ") is not among the bands that are named, so it is not used",
                  path);
+    if (const std::string taken = bands_taken(source, placed); !taken.empty()) shared.add(taken, path);
     if (!placed.is_aligned)
       resampled.add(path + ": resampled (" + method_text(placed) + "), because " +
                     (crs.same_coordinates(source.crs) ? "its grid is not the layer's"

@@ -243,6 +243,24 @@ TEST_F(SampleMeaning, InfraredIsNoCoverageAndColoursAreFoundByTheirRoles) {
   EXPECT_EQ(texels.at(2, 2, 2), 30.0);
 }
 
+// Nobody has said which of many bands are the colours: the first are taken, and that is said.
+TEST_F(SampleMeaning, BandsThatAreChosenForTheUserAreNamed) {
+  RawTiff many;
+  many.page(page_of(std::vector<std::uint8_t>(6 * kCount, 50), 6)).utm33().shorts(kExtraSamples, {0, 0, 0, 0, 0});
+  EXPECT_NE(warnings(many, of(ChannelType::kColor)).find("bands 1, 2 and 3 of 6 are taken; --bands names others"), std::string::npos);
+  const auto path = folder_ / "many.tif";
+  many.write(path);
+  LayerRequest named = of(ChannelType::kColor);
+  named.sources[0].path = path;
+  named.sources[0].bands = {4, 3, 2};
+  const auto plan = plan_layer(named, std::nullopt, std::size_t{8} << 20);
+  ASSERT_TRUE(plan.has_value()) << plan.error().message;
+  EXPECT_TRUE(plan->warnings.empty());
+  RawTiff three;
+  three.page(page_of(std::vector<std::uint8_t>(3 * kCount, 50), 3, 2)).utm33();
+  EXPECT_EQ(warnings(three, of(ChannelType::kColor)), "");
+}
+
 TEST_F(SampleMeaning, NarrowCodesAreWhiteAtTheirLargest) {
   RawTiff bits;
   bits.page({.width = kSide, .height = kSide, .bits = 1, .pixels = std::string(kSide, '\x0F')}).utm33();
