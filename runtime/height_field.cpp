@@ -1,18 +1,21 @@
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "runtime/virtual_texture.h"
 #include "store/region.h"
 #include "store/store_reader.h"
+#include "store/texel_decoder.h"
 
 namespace vt::runtime {
 
 Result<HeightField> HeightField::read(const store::StoreReader& reader, LayerId layer, int most_texels) {
   const LayerInfo* info = reader.find_layer(layer);
   if (info == nullptr) return fail(ErrorCode::kUsage, reader.path().string() + ": no layer with number " + std::to_string(layer.value));
-  if (info->format != TexelFormat::kR32Float)
-    return fail(ErrorCode::kUsage, reader.path().string() + ": layer \"" + info->name + "\" holds " +
-                                       std::string(format_info(info->format).name) + " texels; heights are r32f");
+  const FormatInfo& format = format_info(info->format);
+  if (info->format != TexelFormat::kR32Float && info->format != TexelFormat::kR16Float && info->format != TexelFormat::kR16)
+    return fail(ErrorCode::kUsage, reader.path().string() + ": layer \"" + info->name + "\" holds " + std::string(format.name) +
+                                       " texels; heights are r32f, r16f or r16");
   if (most_texels < 1 || most_texels > 8192) return fail(ErrorCode::kUsage, "a height field is 1 to 8192 texels wide");
 
   Level level = info->finest;
@@ -22,11 +25,18 @@ Result<HeightField> HeightField::read(const store::StoreReader& reader, LayerId 
     return fail(ErrorCode::kUnsupported,
                 reader.path().string() + ": even the coarsest level of \"" + info->name + "\" is more than 8192 texels wide");
   field.heights_.resize(static_cast<std::size_t>(field.rect_.width * field.rect_.height));
-  VT_CHECK(store::read_region(reader, layer, level, field.rect_, std::as_writable_bytes(std::span(field.heights_))));
+  std::vector<std::byte> texels(field.heights_.size() * format.block_bytes);
+  VT_CHECK(store::read_region(reader, layer, level, field.rect_, texels));
+  store::decode_texels(info->format, texels, static_cast<std::size_t>(field.rect_.width), static_cast<std::size_t>(field.rect_.height),
+                       field.heights_);
 
   bool any = false;
-  for (const float height : field.heights_) {
-    if (!std::isfinite(height)) continue;
+  const ComponentRange& range = info->components[0];
+  for (float& height : field.heights_) {
+    const bool is_data = std::isfinite(height) && !(info->zero_is_nodata && height == 0.0F);
+    height =
+        is_data ? static_cast<float>(range.offset + range.scale * static_cast<double>(height)) : std::numeric_limits<float>::quiet_NaN();
+    if (!is_data) continue;
     field.min_ = any ? std::min(field.min_, double{height}) : height;
     field.max_ = any ? std::max(field.max_, double{height}) : height;
     any = true;

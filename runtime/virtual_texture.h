@@ -219,7 +219,7 @@ void sort_by_tile(std::span<const StageSet> draws, std::span<std::uint32_t> orde
 
 // --- Heights on the CPU -------------------------------------------------------------------------------------------------------------
 
-// A single-float layer (elevation) as a grid in memory, to displace geometry with.
+// A layer of heights (r32f, r16f or r16) as a grid in memory, in the layer's unit, to displace geometry with.
 class HeightField {
  public:
   // The finest level whose data rectangle is at most `most_texels` wide and high.

@@ -85,6 +85,35 @@ TEST(HeightField, ARampOfPickedHeightsStaysTheSameRamp) {
   }
 }
 
+// Codes are heights by the layer's range; code 0 is none where the layer says so.
+TEST(HeightField, ReadsCodes) {
+  test::TempFolder folder;
+  const auto paint = [](Level, std::int64_t x, std::int64_t y, std::byte* out) {
+    const auto code = static_cast<std::uint16_t>(x == 3 && y == 5 ? 0 : 100 * x + y + 1);
+    std::memcpy(out, &code, 2);
+  };
+  const auto reader = test::make_store(folder / "r16.vts", {{.name = "dem",
+                                                             .channel = ChannelType::kElevation,
+                                                             .format = TexelFormat::kR16,
+                                                             .tile_exponent = 4,
+                                                             .finest = 0,
+                                                             .data = {},
+                                                             .paint = paint,
+                                                             .skip = {},
+                                                             .range = {.scale = 0.5, .offset = -20.0},
+                                                             .zero_is_nodata = true}});
+  ASSERT_TRUE(reader.has_value()) << reader.error().message;
+  const auto field = HeightField::read(**reader, (*reader)->layers()[0].id, 64);
+  ASSERT_TRUE(field.has_value()) << field.error().message;
+  for (std::int64_t y = 0; y < 16; ++y)
+    for (std::int64_t x = 0; x < 16; ++x) {
+      const double at = field->at({(static_cast<double>(x) + 0.5) / 16.0, 1.0 - (static_cast<double>(y) + 0.5) / 16.0}, -1e6);
+      const double wanted = x == 3 && y == 5 ? -1e6 : -20.0 + 0.5 * static_cast<double>(100 * x + y + 1);
+      EXPECT_NEAR(at, wanted, 1e-6) << x << "," << y;
+    }
+  EXPECT_EQ(field->min_height(), -19.5);
+}
+
 TEST(HeightField, RefusesColour) {
   test::TempFolder folder;
   const auto reader = test::make_store(folder / "c.vts", {{.tile_exponent = 4, .finest = 1, .data = {}, .paint = {}, .skip = {}}});

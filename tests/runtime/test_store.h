@@ -52,6 +52,8 @@ struct LayerSpec {
   Paint paint;                       // null: noise
   std::function<bool(TileId)> skip;  // tiles that are left out
   bool is_point_sampled = false;
+  ComponentRange range;  // of the first component
+  bool zero_is_nodata = false;
 };
 
 inline LayerInfo layer_info(const LayerSpec& spec, const Area& area) {
@@ -60,6 +62,8 @@ inline LayerInfo layer_info(const LayerSpec& spec, const Area& area) {
   info.channel = spec.channel;
   info.format = spec.format;
   info.is_point_sampled = spec.is_point_sampled;
+  info.components[0] = spec.range;
+  info.zero_is_nodata = spec.zero_is_nodata;
   info.tile_exponent = static_cast<std::uint8_t>(spec.tile_exponent);
   info.finest = Level{static_cast<std::uint8_t>(spec.finest)};
   const std::int64_t width = std::int64_t{1} << (spec.finest + spec.tile_exponent);
