@@ -96,7 +96,8 @@ class StoreCheck {
     if (report_.garbage_bytes > std::max(kLittleGarbage, log_bytes / 8))
       add(FaultNumber::kGarbage, "log",
           std::to_string(report_.garbage_bytes) + " of " + std::to_string(log_bytes) +
-              " bytes belong to older generations or removed tiles; `vtbuild pack` frees them");
+              " bytes belong to older generations or removed tiles; `vtbuild pack --keep-carry` frees them, and without the option what "
+              "updates need as well");
   }
 
   // Layers by their number of tiles, levels by the area of their data, then any entry of each page on the way down.

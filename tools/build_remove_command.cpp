@@ -56,7 +56,7 @@ Result<int> run(const RemoveFlags& flags) {
     garbage += garbage_of(layer);
     cli::print(fmt::format("{}: removed layer {}, {} tiles\n", flags.store, layer.name, layer.tiles));
   }
-  cli::print(fmt::format("layers left: {}\nabout {} are garbage now; `vtbuild pack {}` frees them\n", names_of(left),
+  cli::print(fmt::format("layers left: {}\nabout {} are garbage now; `vtbuild pack {} --keep-carry` frees them\n", names_of(left),
                          cli::format_bytes(garbage), flags.store));
   return 0;
 }
@@ -72,7 +72,7 @@ std::function<Result<int>()> add_remove_command(CLI::App& app) {
       ->required();
   cli::add_help_footer(*command,
                        "  vtbuild remove area.vts elevation\n"
-                       "  vtbuild remove area.vts color elevation && vtbuild pack area.vts\n");
+                       "  vtbuild remove area.vts color elevation && vtbuild pack area.vts --keep-carry\n");
   return [flags, command]() -> Result<int> { return command->parsed() ? run(*flags) : Result<int>(-1); };
 }
 

@@ -26,7 +26,7 @@ void add_progress(CLI::App& app, cli::ProgressMode& mode) {
   static const std::map<std::string, cli::ProgressMode> modes = {
       {"auto", cli::ProgressMode::kAuto}, {"plain", cli::ProgressMode::kPlain}, {"none", cli::ProgressMode::kNone}};
   app.add_option("--progress", mode, "a bar on a terminal and lines elsewhere, always lines, or nothing")
-      ->transform(CLI::Transformer(modes))
+      ->transform(CLI::Transformer(modes).description(""))
       ->type_name("auto|plain|none");
 }
 
