@@ -273,6 +273,14 @@ Result<void> read_codestream(const Header& file, std::uint64_t at, PictureHeader
   constexpr double kSamplesPerByte = 65536.0;
   const double samples = static_cast<double>(header.width) * static_cast<double>(header.height) * header.channels;
   header.least_file_bytes = whole_bytes(std::max(tiles * kTileBytes, samples / kSamplesPerByte));
+  // A byte for each component: whether it is signed, and its bits less one.
+  VT_ASSIGN(const Piece depths, file.up_to(at + 42, 3 * static_cast<std::size_t>(header.channels)));
+  for (std::size_t i = 0; i < depths.view().size(); i += 3) {
+    const std::uint32_t depth = big(depths.view(), i, 1);
+    const std::uint32_t bits = (depth & 0x7F) + 1;
+    header.is_signed = header.is_signed || (depth & 0x80) != 0;
+    if (bits != 8 && bits != 16) header.expanded_codes = fmt::format("codes of {} bits", bits);
+  }
   return {};
 }
 
@@ -288,12 +296,21 @@ void read_color_box(std::string_view box, PictureHeader& header) {
     header.unused.push_back(unused_color(fmt::format("a colour space {} (colr)", space)));
 }
 
+// Whether a channel definition box (T.800, I.5.3.6) has a channel of premultiplied opacity: 2, where 1 is opacity alone.
+bool says_multiplied(std::string_view box) {
+  const std::size_t count = box.size() < 2 ? 0 : big(box, 0, 2);
+  for (std::size_t i = 0; i < count && 2 + 6 * (i + 1) <= box.size(); ++i)
+    if (big(box, 2 + 6 * i + 2, 2) == 2) return true;
+  return false;
+}
+
 Result<PictureHeader> read_jpeg2000(const Header& file) {
   constexpr std::string_view kGeoJp2 = "\xb1\x4b\xf8\xbd\x08\x3d\x4b\x43\xa5\xae\x8c\xd7\xd5\xa6\xce\x03"sv;
   constexpr std::string_view kExif = "JpgTiffExif->JP2"sv;
   constexpr const char* kPlaceText =
       "its place on the Earth is in a box ({}) that is not read; GDAL makes a GeoTIFF of it: gdal_translate in.jp2 new.tif";
-  PictureHeader header;
+  PictureHeader header{.alpha_is_straight = true};
+  bool multiplied_by_alpha = false;
   VT_ASSIGN(const Piece start_bytes, file.part(0, 4));
   const std::string_view start = start_bytes.view();
   if (big(start, 0) == 0xFF4FFF51) {
@@ -322,6 +339,9 @@ Result<PictureHeader> read_jpeg2000(const Header& file) {
       VT_ASSIGN(const Piece box_bytes, data());
       const std::string_view box = box_bytes.view();
       read_color_box(box, header);
+    } else if (name == "cdef") {
+      VT_ASSIGN(const Piece box_bytes, data());
+      multiplied_by_alpha = says_multiplied(box_bytes.view());
     } else if (name == "uuid") {
       VT_ASSIGN(const Piece box_bytes, data());
       const std::string_view box = box_bytes.view();
@@ -337,6 +357,7 @@ Result<PictureHeader> read_jpeg2000(const Header& file) {
     at += bytes;
   }
   if (header.channels == 0) return file.damaged("no codestream");
+  header.alpha_is_straight = !multiplied_by_alpha;
   return header;
 }
 
@@ -546,6 +567,8 @@ Result<PictureHeader> read_pnm(const Header& file) {
                        : kind <= '3' ? 2 * samples - 1  // and white space between
                                      : samples * (numbers[2] > 255 ? 2 : 1);
   header.least_file_bytes = whole_bytes(bytes);
+  if (is_bitmap) header.expanded_codes = "codes of 1 bit";
+  if (!is_bitmap && numbers[2] != 255 && numbers[2] != 65535) header.expanded_codes = fmt::format("codes of 0 to {}", numbers[2]);
   return header;
 }
 

@@ -423,6 +423,14 @@ Result<std::unique_ptr<RasterSource>> read_picture(std::shared_ptr<const FileByt
         fmt::format("its samples are {}, and this layer wants the numbers themselves, which PNG decoding does not give; "
                     "convert it, for example with gdal_translate {} numbers.tif",
                     png->has_palette ? "indices into a palette" : fmt::format("codes of {} bits", png->bits), path.filename().string()));
+  if (options.as_numbers && !header.expanded_codes.empty())
+    return unsupported(fmt::format(
+        "its samples are {}, and this layer wants the numbers themselves, which decoding brings to 255 or 65535; convert it, for "
+        "example with gdal_translate {} numbers.tif",
+        header.expanded_codes, path.filename().string()));
+  if (header.is_signed)
+    return unsupported(fmt::format("signed samples are not decoded reliably; convert it, for example with gdal_translate {} numbers.tif",
+                                   path.filename().string()));
   if (spec.deep || spec.depth > 1) return unsupported("deep and volume pictures are not read");
   if (spec.width < 1 || spec.height < 1 || spec.nchannels < 1) {
     return fail(ErrorCode::kInvalidData,
@@ -455,7 +463,7 @@ Result<std::unique_ptr<RasterSource>> read_picture(std::shared_ptr<const FileByt
         fmt::format("{} rows of {} bytes in one piece are more than this program holds", grid.rows_per_cell, grid.row_bytes()));
   VT_CHECK(apply_header(header, info));
   VT_CHECK(apply_options(options, info));
-  const bool associated = info.alpha_band >= 0 && spec.get_int_attribute("oiio:UnassociatedAlpha", 0) == 0;
+  const bool associated = info.alpha_band >= 0 && !header.alpha_is_straight && spec.get_int_attribute("oiio:UnassociatedAlpha", 0) == 0;
   info.alpha_is_straightened = associated;
   const PictureDecoder::Samples samples{
       .type = info.sample_type, .bands = info.bands, .tiled = info.tiled, .straighten_by = associated ? info.alpha_band : -1};

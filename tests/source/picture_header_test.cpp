@@ -263,6 +263,45 @@ TEST_F(PictureHeaderTest, ClaimsBeyondTheFileAreRefused) {
   expect_claim(save("a.j2k", siz), "60000 x 60000 with 3 channels");
 }
 
+// Decoders bring codes to 255 or 65535: right for colours, wrong for numbers.
+TEST_F(PictureHeaderTest, CodesThatAreExpandedAreNoNumbers) {
+  std::string pixels;
+  for (int i = 0; i < kEdge * kEdge; ++i) pixels += big(static_cast<std::uint32_t>(i), 2);
+  const auto pgm = save("a.pgm", "P5 16 16 5000\n" + pixels);
+  EXPECT_TRUE(open_raster(pgm).has_value());
+  const auto numbers = open_raster(pgm, {.as_numbers = true});
+  ASSERT_FALSE(numbers.has_value());
+  EXPECT_NE(numbers.error().message.find("codes of 0 to 5000"), std::string::npos) << numbers.error().message;
+  EXPECT_TRUE(open_raster(save("b.pgm", "P5 16 16 65535\n" + pixels), {.as_numbers = true}).has_value());
+  EXPECT_FALSE(open_raster(save("a.pbm", "P4 16 16\n" + std::string(32, 'x')), {.as_numbers = true}).has_value());
+}
+
+TEST_F(PictureHeaderTest, Jpeg2000SaysHowItsNumbersAre) {
+  // Boxes with a channel definition, or none, and a codestream that is nothing but its size; `depth` as the standard has it, sign and all.
+  const auto header_of = [&](unsigned depth, int opacity) {
+    const std::string cdef =
+        opacity == 0 ? "" : big(8 + 2 + 6) + "cdef" + big(1, 2) + big(3, 2) + big(static_cast<std::uint32_t>(opacity), 2) + big(0, 2);
+    const std::string components = big(depth, 1) + "\1\1"s + big(depth, 1) + "\1\1"s + big(depth, 1) + "\1\1"s + big(depth, 1) + "\1\1"s;
+    const std::string content = big(12) + "jP  \r\n\x87\n" + big(20) + "ftypjp2 \0\0\0\0jp2 "s +
+                                big(8 + static_cast<std::uint32_t>(cdef.size())) + "jp2h" + cdef + big(0) + "jp2c\xff\x4f\xff\x51" +
+                                big(50, 2) + big(0, 2) + big(16) + big(16) + big(0) + big(0) + big(16) + big(16) + big(0) + big(0) +
+                                big(4, 2) + components + std::string(200, '\x07');
+    const auto file = FileBytes::open(save("a.jp2", content), {});
+    EXPECT_TRUE(file.has_value());
+    const auto header = read_picture_header(**file, RasterFormat::kJpeg2000);
+    EXPECT_TRUE(header.has_value()) << (header ? "" : header.error().message);
+    return header ? *header : PictureHeader{};
+  };
+  EXPECT_EQ(header_of(7, 0).expanded_codes, "");
+  EXPECT_EQ(header_of(15, 0).expanded_codes, "");
+  EXPECT_EQ(header_of(11, 0).expanded_codes, "codes of 12 bits");
+  EXPECT_FALSE(header_of(15, 0).is_signed);
+  EXPECT_TRUE(header_of(0x80 | 15, 0).is_signed);
+  EXPECT_TRUE(header_of(7, 0).alpha_is_straight);
+  EXPECT_TRUE(header_of(7, 1).alpha_is_straight);
+  EXPECT_FALSE(header_of(7, 2).alpha_is_straight);
+}
+
 // Sizes that are none, which would make any bound of the file's bytes one that holds.
 TEST_F(PictureHeaderTest, SizesBelowOneAreRefused) {
   const auto expect_refused = [&](const std::filesystem::path& path, const std::string& size) {
