@@ -420,7 +420,15 @@ std::optional<VerticalMeaning> vertical_from_keys(const Keys& keys) {
   } else if (code != 0 && code != kUserDefined) {
     vertical = vertical_from_epsg(code);
   }
-  if (const auto metres = metres_from_length_unit(unit)) vertical.metres_per_unit = metres;
+  if (unit == 0) return vertical;
+  const auto metres = metres_from_length_unit(unit);
+  const std::optional<double> of_system = vertical.metres_per_unit;
+  if (!metres) {
+    vertical.unit_problem = unit == kUserDefined ? "a unit of the file's own (GeoKey 4099)" : fmt::format("unit {} (GeoKey 4099)", unit);
+  } else if (of_system && std::abs(*of_system - *metres) > 1e-6 * *metres) {
+    vertical.unit_problem = fmt::format("{} m (GeoKey 4099) or {} m ({})", *metres, *of_system, vertical.name);
+  }
+  vertical.metres_per_unit = metres;
   return vertical;
 }
 

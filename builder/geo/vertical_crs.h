@@ -11,6 +11,7 @@ struct VerticalMeaning {
   std::string name;                       // "EPSG:5703", or the file's own words; "" when it does not say
   std::optional<double> metres_per_unit;  // of a height; empty when it does not say
   bool counts_down = false;               // numbers are depths
+  std::string unit_problem;               // the unit in words, where it is one that is not known, or the file says two
 };
 
 // Of a vertical CRS by its EPSG code, as in VerticalGeoKey (4096). Codes that the registry's list of other units and of depths does not

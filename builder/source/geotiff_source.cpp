@@ -221,6 +221,7 @@ void note_heights(const TiffPlace& place, RasterInfo& info) {
   const geo::VerticalMeaning& vertical = *place.keys.vertical;
   info.heights = {.scale = place.height_scale, .offset = place.height_offset, .counts_down = vertical.counts_down};
   if (vertical.metres_per_unit) info.heights.unit = fmt::format("{} m", *vertical.metres_per_unit);
+  if (!vertical.unit_problem.empty()) info.heights.unit = vertical.unit_problem;
   if (!vertical.name.empty())
     info.unused.push_back({.what = fmt::format("the vertical datum {}", vertical.name), .concern = Concern::kHeights});
 }

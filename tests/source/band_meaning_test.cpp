@@ -294,6 +294,10 @@ TEST_F(BandMeaningTest, WhatIsNotUsedIsListedByName) {
   tiff.page({.width = 1, .height = 1, .pixels = "x"})
       .text(kMetadata, "no xml")
       .text(kNodata, "none")
+  EXPECT_EQ(open(with_vertical({4099, 0, 1, 9095}))->info().heights.unit, "unit 9095 (GeoKey 4099)")
+      << "a British foot, which is not known";
+  EXPECT_EQ(open(with_vertical({4096, 0, 1, 6360, 4099, 0, 1, 9003}))->info().heights.unit.substr(0, 10), "0.30480060");
+  EXPECT_EQ(open(with_vertical({4096, 0, 1, 8228, 4099, 0, 1, 9001}))->info().heights.unit, "1 m (GeoKey 4099) or 0.3048 m (EPSG:8228)");
       .text(34675, "a profile")
       .page({.width = 3, .height = 1, .pixels = "abc"});
   const auto source = open(tiff);
