@@ -107,6 +107,13 @@ Result<Bands> choose_bands(const LayerRequest& request, const OpenSource& source
                                                " takes one; say which with --bands, for example --bands 1");
     bands.values = first_bands(info, candidates, wanted);
   }
+  // The mask of each band counts for all: that of a band that is not wanted would hide data.
+  const auto value_count = static_cast<std::ptrdiff_t>(bands.values.size()) - std::ranges::count(bands.values, bands.coverage);
+  if (bands.coverage == info.alpha_band && info.alpha_is_mask && info.mask_bands > 1 && value_count < info.mask_bands)
+    return fail(ErrorCode::kUnsupported,
+                source.request.path.string() + ": has a mask for each of " + std::to_string(info.mask_bands) +
+                    " bands, of which the layer takes " + std::to_string(value_count) +
+                    "; write those with their own mask into a new file, for example with gdal_translate -b 1 -mask 1, or say --alpha none");
   std::erase(bands.values, bands.coverage);  // a coverage band that was named among the others is not taken twice
   return bands;
 }

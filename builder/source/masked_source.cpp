@@ -62,6 +62,7 @@ class MaskedSource final : public RasterSource {
     if (info_.alpha_band >= 0) info_.unused.push_back({.what = "an alpha band beside the mask", .concern = Concern::kAll});
     info_.alpha_band = info_.bands++;
     info_.alpha_is_mask = true;
+    info_.mask_bands = mask_->layout().bands;
     info_.meaning.push_back({.role = BandRole::kCoverage, .full_scale = covered_code(info_.sample_type)});
   }
 
@@ -154,7 +155,7 @@ Result<std::unique_ptr<TiffDecoder>> find_mask_inside(const std::shared_ptr<cons
           ErrorCode::kInvalidData,
           fmt::format("{}: its directory {} cannot be read ({}), and could be that of a mask; write the picture alone into a new file, "
                       "for example with gdal_translate -mask none",
-                      file->path().string(), directory, handle.error()));
+                      file->path().string(), directory, handle.error().empty() ? "damaged, or one that was there" : handle.error()));
     std::uint32_t type = 0;
     TIFFGetField(handle.get(), TIFFTAG_SUBFILETYPE, &type);
     if ((type & FILETYPE_REDUCEDIMAGE) != 0) continue;
@@ -162,9 +163,15 @@ Result<std::unique_ptr<TiffDecoder>> find_mask_inside(const std::shared_ptr<cons
       ++pages;
     } else if (!mask) {
       VT_ASSIGN(mask, read_mask_directory(handle, file, directory, info, cache));
+      if (!mask) ++pages;  // of another size, so it is of something else
     }
   }
   if (handle.io_error()) return tl::unexpected(*handle.io_error());
+  if (TIFFLastDirectory(handle.get()) == 0)
+    return fail(ErrorCode::kUnsupported,
+                fmt::format("{}: more than {} directories, one of which could be that of a mask; write the picture "
+                            "alone into a new file, for example with gdal_translate -mask none",
+                            file->path().string(), kMaxDirectories));
   return mask;
 }
 

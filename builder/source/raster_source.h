@@ -44,6 +44,7 @@ struct RasterInfo {
   HeightMeaning heights;               // of whichever band holds heights
   int alpha_band = -1;                 // index of the coverage band (declared alpha, or the mask); -1: none
   bool alpha_is_mask = false;          // it is a mask: no band of the raster itself
+  int mask_bands = 1;                  // of the mask: one for all bands, or one for each, which here is one that has to say yes in all
   bool alpha_is_straightened = false;  // the file's colours are multiplied by their coverage; what read() gives are not
   std::vector<UnusedFact> unused;
   std::vector<std::filesystem::path> companions;  // other files that were read because they belong to this one: NAME.msk, NAME.aux.xml

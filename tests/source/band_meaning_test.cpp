@@ -215,6 +215,13 @@ TEST_F(BandMeaningTest, MasksInsideAndBesideAreABandMore) {
   ASSERT_FALSE(refused.has_value());
   EXPECT_EQ(refused.error().code, ErrorCode::kInvalidData);
   EXPECT_NE(refused.error().message.find("beside.tif.msk"), std::string::npos) << refused.error().message;
+  // One for each band counts as one, of which it is known.
+  RawTiff each;
+  each.page({.width = 4, .height = 1, .samples = 2, .pixels = std::string("\xFF\xFF\x00\xFF\xFF\x00\x00\x00", 8)})
+      .write(folder_ / "beside.tif.msk");
+  const auto two = open_path(folder_ / "beside.tif");
+  EXPECT_EQ(two->info().mask_bands, 2);
+  EXPECT_EQ(pixels_of(read_all(*two)), pixels_of(std::vector<std::uint16_t>{100, 255, 200, 0, 300, 0, 400, 0}));
 }
 
 // A directory behind the first that cannot be read may be that of a mask, without which no data would count as data.
@@ -287,6 +294,10 @@ TEST_F(BandMeaningTest, ScalesUnitsAndHeights) {
   EXPECT_EQ(open(with_vertical({4096, 0, 1, 5773}))->info().heights.unit, "1 m");
   EXPECT_EQ(open(with_vertical({4096, 0, 1, 5773}))->info().meaning[0].unit, "") << "the band itself says nothing";
   EXPECT_EQ(open(with_vertical({4096, 0, 1, 5103}))->info().heights.unit, "") << "a GeoTIFF 1.0 number, which names no unit";
+  EXPECT_EQ(open(with_vertical({4099, 0, 1, 9095}))->info().heights.unit, "unit 9095 (GeoKey 4099)")
+      << "a British foot, which is not known";
+  EXPECT_EQ(open(with_vertical({4096, 0, 1, 6360, 4099, 0, 1, 9003}))->info().heights.unit.substr(0, 10), "0.30480060");
+  EXPECT_EQ(open(with_vertical({4096, 0, 1, 8228, 4099, 0, 1, 9001}))->info().heights.unit, "1 m (GeoKey 4099) or 0.3048 m (EPSG:8228)");
 }
 
 TEST_F(BandMeaningTest, WhatIsNotUsedIsListedByName) {
@@ -294,10 +305,6 @@ TEST_F(BandMeaningTest, WhatIsNotUsedIsListedByName) {
   tiff.page({.width = 1, .height = 1, .pixels = "x"})
       .text(kMetadata, "no xml")
       .text(kNodata, "none")
-  EXPECT_EQ(open(with_vertical({4099, 0, 1, 9095}))->info().heights.unit, "unit 9095 (GeoKey 4099)")
-      << "a British foot, which is not known";
-  EXPECT_EQ(open(with_vertical({4096, 0, 1, 6360, 4099, 0, 1, 9003}))->info().heights.unit.substr(0, 10), "0.30480060");
-  EXPECT_EQ(open(with_vertical({4096, 0, 1, 8228, 4099, 0, 1, 9001}))->info().heights.unit, "1 m (GeoKey 4099) or 0.3048 m (EPSG:8228)");
       .text(34675, "a profile")
       .page({.width = 3, .height = 1, .pixels = "abc"});
   const auto source = open(tiff);
