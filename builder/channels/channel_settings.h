@@ -18,7 +18,7 @@ struct ChannelSettings {
   TexelFormat format = TexelFormat::kRgb8;                          // of the first part
   Transfer transfer = Transfer::kLinear;                            // of the codes that are stored
   double source_nodata = std::numeric_limits<double>::quiet_NaN();  // of the layer's first source; NaN: none
-  bool samples_are_wide = false;                                    // is_wide(), see wide_value.h, of some source of the layer
+  bool samples_are_wide = false;                                    // numbers of some source of the layer are, see wide_value.h
   double stored_light = 1.0;  // of illumination whose options do not say so: the light of the number 1 in the store
   Options options;
 };

@@ -16,6 +16,16 @@ namespace vt::channels {
   return type == SampleType::kFloat64 || type == SampleType::kInt32 || type == SampleType::kUint32;
 }
 
+// offset + scale * sample may be numbers that no float is to a 64th of what one sample of difference makes.
+[[nodiscard]] constexpr bool is_wide(SampleType type, double scale, double offset) {
+  if (is_wide(type)) return true;
+  const double size = scale < 0.0 ? -scale : scale;
+  const double distance = offset < 0.0 ? -offset : offset;
+  if (type == SampleType::kFloat32) return distance > 0.0;  // which are already as fine as floats are
+  const double most = type == SampleType::kUint8 || type == SampleType::kInt8 ? 255.0 : 65535.0;
+  return distance + size * most > size * 0x1p17;
+}
+
 // What `nearest`, the float that the value was rounded to, misses of it. Both are finite.
 [[nodiscard]] inline float remainder_of(double value, float nearest) { return static_cast<float>(value - static_cast<double>(nearest)); }
 

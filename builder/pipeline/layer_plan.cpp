@@ -12,6 +12,7 @@
 #include "builder/pipeline/built_layer.h"
 #include "builder/pipeline/error_list.h"
 #include "builder/pipeline/globe_turns.h"
+#include "builder/pipeline/horizon_check.h"
 #include "builder/pipeline/layer_grid.h"
 #include "builder/pipeline/layer_kernel.h"
 #include "builder/pipeline/open_sources.h"
@@ -22,6 +23,7 @@
 #include "builder/pipeline/stored_light.h"
 #include "builder/pipeline/stray_sources.h"
 #include "builder/pipeline/sure_cover.h"
+#include "builder/text/json_text.h"
 #include "store/content_hash.h"
 #include "store/text.h"
 
@@ -37,10 +39,21 @@ channels::ChannelSettings settings_for(const LayerRequest& request, const LayerI
           .options = request.options};
 }
 
+// Numbers that the channel makes of such samples need more than floats.
+bool needs_wide(const LayerRequest& request, const channels::SampleLayout& layout) {
+  if (request.channel != ChannelType::kElevation && request.channel != ChannelType::kSensor) return channels::is_wide(layout.type);
+  const auto given = [&](const char* name) {
+    const auto number = channels::number_of(request.options, name, -1e300, 1e300);
+    return number ? *number : std::nullopt;  // what is no number is refused later
+  };
+  return channels::is_wide(layout.type, given("input-scale").value_or(layout.scale.value_or(1.0)),
+                           given("input-offset").value_or(layout.offset.value_or(0.0)));
+}
+
 // Two codecs whose blocks may lie in one layer.
 bool writes_the_same(const channels::ChannelCodec& a, const channels::ChannelCodec& b) {
   const auto is_same = [](const channels::Part& x, const channels::Part& y) {
-    return x.suffix == y.suffix && x.format == y.format && x.ranges == y.ranges && x.zero_is_nodata == y.zero_is_nodata;
+    return x.suffix == y.suffix && x.format == y.format && x.unit == y.unit && x.ranges == y.ranges && x.zero_is_nodata == y.zero_is_nodata;
   };
   return a.source_planes() == b.source_planes() && std::ranges::equal(a.rules(), b.rules()) &&
          std::ranges::equal(a.parts(), b.parts(), is_same);
@@ -303,10 +316,22 @@ const LayerInfo* stored_layer(const LayerRequest& request, const std::optional<D
   return found != frame->layers.end() && found->second.channel == request.channel ? &found->second : nullptr;
 }
 
+// The files that a layer was begun with are those of the request, by their names.
+bool names_the_sources_of(const LayerRequest& request, const LayerInfo& layer) {
+  const auto metadata = text::json_or_null(layer.metadata_json);
+  if (!metadata.is_object() || !metadata.contains("settings") || !metadata["settings"].is_object()) return false;
+  const auto sources = metadata["settings"].value("sources", nlohmann::ordered_json());
+  if (!sources.is_array() || sources.size() != request.sources.size()) return false;
+  for (std::size_t i = 0; i < sources.size(); ++i)
+    if (!sources[i].is_object() || !sources[i].contains("path") || sources[i]["path"] != request.sources[i].path.filename().string())
+      return false;
+  return true;
+}
+
 // A layer that is there keeps its scale, whatever its sources are now. One that never came to its end is there for nobody but the command
-// that began it, whose sources it has.
-Result<double> stored_light_of(const LayerInfo* stored, std::span<const SourcePlaces> places) {
-  if (stored != nullptr && was_ever_complete(*stored)) return stored->components[0].scale;
+// that began it.
+Result<double> stored_light_of(const LayerRequest& request, const LayerInfo* stored, std::span<const SourcePlaces> places) {
+  if (stored != nullptr && (was_ever_complete(*stored) || names_the_sources_of(request, *stored))) return stored->components[0].scale;
   return choose_stored_light(places);
 }
 
@@ -358,11 +383,12 @@ Result<void> plan_with_sources(const LayerRequest& request, const std::optional<
     plan.info.format =
         keeps_format ? stored->format : usual_format(request.channel, first.type, !is_surely_covered(plan.info, plan.crs, sources, places));
   }
-  const bool samples_are_wide = std::ranges::any_of(samples, [](const ChosenSamples& one) { return channels::is_wide(one.layout.type); });
+  const bool samples_are_wide = std::ranges::any_of(samples, [&](const ChosenSamples& one) { return needs_wide(request, one.layout); });
   channels::ChannelSettings settings = settings_for(request, plan.info, samples_are_wide);
   VT_CHECK(give_codecs(settings, sources, places));
+  VT_CHECK(check_horizon_unit(request, places));
   if (chooses_stored_light(request, plan.info.format)) {
-    VT_ASSIGN(settings.stored_light, stored_light_of(options.existing != nullptr ? options.existing : stored, places));
+    VT_ASSIGN(settings.stored_light, stored_light_of(request, options.existing != nullptr ? options.existing : stored, places));
     if (settings.stored_light != 1.0) VT_CHECK(give_codecs(settings, sources, places));
   }
   const auto codec_of = [&](std::size_t i) { return places[i].placed.front().codec; };
@@ -373,7 +399,7 @@ Result<void> plan_with_sources(const LayerRequest& request, const std::optional<
       return fail(ErrorCode::kInvalidData,
                   sources[i].request.path.string() + ": its samples make other texels than those of " +
                       sources.front().request.path.string() +
-                      " (another number of bands, or codes that would mean something else); they cannot be one layer");
+                      " (another number of bands, another unit, or codes that would mean something else); they cannot be one layer");
   describe_parts(plan);
   for (const SourcePlaces& one : places)
     for (const resample::PlacedSource& source : one.placed) plan.covered = around(plan.covered, source.covered);
@@ -411,7 +437,7 @@ Result<void> plan_without_sources(const LayerRequest& request, const std::option
   VT_ASSIGN(plan.info, describe_layer(request, layout));
   if (!request.format) plan.info.format = usual_format(request.channel, expected.type, expected.has_alpha || expected.nodata.has_value());
   VT_CHECK(lay_out(request, frame, nullptr, 0.0, bounds, plan));
-  auto codec = CodecShelf().codec_for(settings_for(request, plan.info, channels::is_wide(layout.type)), layout);
+  auto codec = CodecShelf().codec_for(settings_for(request, plan.info, needs_wide(request, layout)), layout);
   if (!codec) return fail(codec.error().code, "layer '" + request.name + "': " + codec.error().message);
   plan.codec = std::move(*codec);
   describe_parts(plan);

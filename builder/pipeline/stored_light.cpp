@@ -6,14 +6,14 @@
 #include <cstdint>
 #include <vector>
 
+#include "builder/pipeline/sample_windows.h"
+
 namespace vt::pipeline {
 namespace {
 
-constexpr std::size_t kMostSources = 64;
-constexpr std::size_t kMostWindows = 64;
-constexpr std::int64_t kWindowEdge = 64;
-constexpr int kLeastOctave = -14;     // of normal halves
-constexpr int kBrightestOctave = 9;   // of what is stored, at the brightest that was seen
+constexpr int kLeastOctave = -14;    // of normal halves
+constexpr int kBrightestOctave = 9;  // of what is stored, at the brightest that was seen
+constexpr int kLeastScale = -126;
 constexpr double kSmallShare = 1e-3;  // of light that may be lost
 
 // Light by octaves, over texels and the three colours.
@@ -52,29 +52,14 @@ Result<void> look_at(const resample::PlacedSource& source, const source::Window&
   return {};
 }
 
-// Places of windows along one axis of a raster, evenly spread, the first and the last at its ends.
-std::vector<std::int64_t> places(std::int64_t length, std::int64_t wanted) {
-  const std::int64_t last = std::max<std::int64_t>(length - kWindowEdge, 0);
-  const std::int64_t count = std::clamp<std::int64_t>((length + kWindowEdge - 1) / kWindowEdge, 1, wanted);
-  std::vector<std::int64_t> result;
-  for (std::int64_t i = 0; i < count; ++i) result.push_back(count == 1 ? last / 2 : last * i / (count - 1));
-  return result;
-}
-
 }  // namespace
 
 Result<double> choose_stored_light(std::span<const SourcePlaces> sources) {
-  const std::size_t looked_at = std::min(sources.size(), kMostSources);
-  const auto windows_across = std::max<std::int64_t>(1, std::llround(std::sqrt(static_cast<double>(kMostWindows / looked_at))));
   LightSeen seen;
-  for (std::size_t i = 0; i < looked_at; ++i) {
-    const resample::PlacedSource& source = sources[i * sources.size() / looked_at].placed.front();
-    const source::RasterInfo& info = source.raster->info();
-    for (const std::int64_t y : places(info.height, windows_across))
-      for (const std::int64_t x : places(info.width, windows_across))
-        VT_CHECK(look_at(source, {x, y, std::min(kWindowEdge, info.width - x), std::min(kWindowEdge, info.height - y)}, seen));
-  }
-  return seen.is_small() ? std::min(1.0, std::ldexp(1.0, seen.brightest_octave - kBrightestOctave)) : 1.0;
+  VT_CHECK(look_at_windows(
+      sources, [&](const resample::PlacedSource& source, const source::Window& window) { return look_at(source, window, seen); }));
+  // Floats hold the scale and its reciprocal.
+  return seen.is_small() ? std::min(1.0, std::ldexp(1.0, std::max(seen.brightest_octave - kBrightestOctave, kLeastScale))) : 1.0;
 }
 
 }  // namespace vt::pipeline

@@ -388,6 +388,77 @@ TEST_F(SampleMeaning, WhatIsSaidOfHeightsIsSaidOfNothingElse) {
   EXPECT_NEAR(build_from(tiff, of(ChannelType::kElevation)).at(1, 1), 900.0, 1e-4);
 }
 
+TEST_F(SampleMeaning, AUnitOfHeightsThatIsNotKnownIsRefused) {
+  RawTiff tiff;
+  tiff.page(page_of(std::vector<float>(kCount, 100.0F))).utm33().shorts(34735, {1, 1, 0,    4, 1024, 0,     1,    1, 1025, 0,
+                                                                                1, 1, 3072, 0, 1,    32633, 4099, 0, 1,    9095});
+  const std::string refused = refusal(tiff, of(ChannelType::kElevation));
+  EXPECT_NE(refused.find("unit 9095 (GeoKey 4099)"), std::string::npos) << refused;
+  EXPECT_NE(refused.find("input-unit"), std::string::npos) << refused;
+  EXPECT_NEAR(build_from(tiff, of(ChannelType::kElevation, {{"input-unit", "0.3048007491 m"}})).at(0, 0), 30.48007491, 1e-5);
+}
+
+// Codes with an offset are numbers that floats do not hold, whatever their type.
+TEST_F(SampleMeaning, ALargeOffsetLosesNothing) {
+  std::vector<std::uint16_t> codes;
+  for (std::size_t i = 0; i < kCount; ++i) codes.push_back(static_cast<std::uint16_t>(i));
+  RawTiff tiff;
+  tiff.page(page_of(codes)).utm33().text(kMetadata, noted(item(0, "scale", "0.001") + item(0, "offset", "1000000")));
+  LayerRequest request = of(ChannelType::kElevation, {{"quantum", "0.001"}});
+  request.format = TexelFormat::kR16;
+  request.range = {{1000000.0, 1000005.0}};
+  const LevelValues texels = build_from(tiff, request);
+  for (std::int64_t i = 0; i < static_cast<std::int64_t>(kCount); ++i) {
+    EXPECT_NEAR(texels.at(i % kSide, i / kSide), 1e6 + 0.001 * static_cast<double>(i), 0.0005) << i;
+  }
+}
+
+// A mask for each band is one for all where all are taken; otherwise it would hide data that only another band has not.
+TEST_F(SampleMeaning, MasksOfBandsThatAreNotTakenAreNotUsed) {
+  RawTiff tiff;
+  tiff.page(page_of(std::vector<std::uint8_t>(3 * kCount, 90), 3, 2)).utm33();
+  std::string mask;
+  for (std::size_t i = 0; i < kCount; ++i) mask += i < 8 ? std::string("\xFF\xFF\x00", 3) : std::string("\xFF\xFF\xFF", 3);
+  tiff.page({.width = kSide, .height = kSide, .samples = 3, .photometric = 4, .pixels = mask}).longs(254, {4});
+  EXPECT_EQ(build_from(tiff, of(ChannelType::kColor)).at(0, 0, 3), 0.0);
+  const auto path = folder_ / "masks.tif";
+  tiff.write(path);
+  LayerRequest one = of(ChannelType::kElevation);
+  one.sources[0].path = path;
+  one.sources[0].bands = {1, 4};
+  const auto plan = plan_layer(one, std::nullopt, std::size_t{8} << 20);
+  ASSERT_FALSE(plan.has_value());
+  EXPECT_NE(plan.error().message.find("a mask for each of 3 bands, of which the layer takes 1"), std::string::npos) << plan.error().message;
+}
+
+TEST_F(SampleMeaning, FilesOfDifferentUnitsAreNoOneLayer) {
+  RawTiff watts;
+  watts.page(page_of(std::vector<float>(kCount, 5.0F))).utm33().text(kMetadata, noted(item(0, "unittype", "W/(m2 sr um)")));
+  RawTiff milliwatts;
+  milliwatts.page(page_of(std::vector<float>(kCount, 5000.0F)))
+      .utm33()
+      .doubles(33922, {0.0, 0.0, 0.0, 500080.0, 5000000.0, 0.0})
+      .text(kMetadata, noted(item(0, "unittype", "mW/(m2 sr um)")));
+  watts.write(folder_ / "w.tif");
+  milliwatts.write(folder_ / "mw.tif");
+  const auto plan =
+      plan_layer(request_for({folder_ / "w.tif", folder_ / "mw.tif"}, ChannelType::kSensor), std::nullopt, std::size_t{8} << 20);
+  ASSERT_FALSE(plan.has_value());
+  EXPECT_NE(plan.error().message.find("another unit"), std::string::npos) << plan.error().message;
+}
+
+TEST_F(SampleMeaning, HorizonsThatLookLikeDegreesAreRefused) {
+  RawTiff tiff;
+  tiff.page(page_of(std::vector<float>(2 * kCount, 10.0F), 2)).utm33();
+  const channels::Options east_and_west{{"azimuths", "90,270"}};
+  const std::string refused = refusal(tiff, of(ChannelType::kHorizon, east_and_west));
+  EXPECT_NE(refused.find("angles up to 10, more than any horizon has in radians; say --angles deg"), std::string::npos) << refused;
+  build_from(tiff, of(ChannelType::kHorizon, {{"azimuths", "90,270"}, {"angles", "deg"}}));
+  RawTiff radians;
+  radians.page(page_of(std::vector<float>(2 * kCount, 1.5F), 2)).utm33();
+  build_from(radians, of(ChannelType::kHorizon, east_and_west));
+}
+
 TEST_F(SampleMeaning, HorizonsTakeTheUnitOfTheirAngles) {
   const auto horizons_in = [](const std::string& unit, double factor) {
     std::vector<float> samples;

@@ -121,6 +121,23 @@ TEST_F(UnfinishedLayer, ThatGivesWayLeavesNoScaleOfLightBehind) {
   EXPECT_TRUE(tiles_of(store_, "illumination") == tiles_of(folder_ / "fresh.vts", "illumination"));
 }
 
+// The scale of light was chosen for the sources as they were; the command that began the layer goes on with it.
+TEST_F(UnfinishedLayer, GoesOnWithItsScaleOfLightWhenItsSourcesHaveChanged) {
+  const auto write_light = [&](double factor) {
+    write_raster(folder_ / "light.tif", {.width = 300, .height = 300, .type = SampleType::kFloat32},
+                 [&](std::int64_t x, std::int64_t y, int band) { return factor * (1.0 + hash_noise(x, y, band) % 100); });
+  };
+  LayerRequest wanted = request_for({folder_ / "light.tif"}, ChannelType::kIllumination);
+  wanted.tile_texels = 32;
+  wanted.format = TexelFormat::kRgba16Float;
+  write_light(1e-6);
+  interrupt(wanted, 20000);
+  write_light(3e-6);
+  const Attempt again = run(wanted);
+  ASSERT_FALSE(again.error) << again.error->message;
+  EXPECT_LT(store::StoreReader::open(store_)->find_layer("illumination")->components[0].scale, 1e-3);
+}
+
 TEST_F(UnfinishedLayer, ThatFailedForItsDataGivesWayWhateverItCameTo) {
   write_input(one_code);
   spoil_input();
