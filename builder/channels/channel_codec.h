@@ -85,10 +85,10 @@ struct CentreRange {
   double bounds_origin = 0.0;  // planes of bounds are values less this
 };
 
-// Something that texels of the finest level cannot say as it is: values cut off at the end of what a format holds, texels without data
-// where a format has no way to say so. Counted while a layer is built, so that it is never silent.
+// Something that texels of the finest level cannot say as it is (values cut off at the end of what a format holds, texels without data
+// where a format has no way to say so), or that can hardly be meant. Counted while a layer is built, so that it is never silent.
 struct Loss {
-  std::string what;  // completes "in 12 texels of the finest level ..."; says what is stored instead, and what to do about it
+  std::string what;  // completes "in 12 texels of the finest level ..."; says what is stored, and what to do about it
 };
 
 struct LossCount {

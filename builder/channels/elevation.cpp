@@ -24,6 +24,9 @@
 namespace vt::channels {
 namespace {
 
+// No land or sea floor on the Earth is lower or higher, in metres.
+constexpr float kLowestPlausible = -12000.0F;
+constexpr float kHighestPlausible = 9000.0F;
 constexpr float kNowhere = std::numeric_limits<float>::infinity();  // the least of no heights; its negative is their greatest
 
 struct HeightChoices {
@@ -60,6 +63,9 @@ class ElevationCodec final : public ChannelCodec {
     parts_.push_back(heights);
     measures_.push_back({.name = "height", .unit = "m"});
     measures_surface_ = choices.with_surface;
+    losses_.push_back({"the height is below " + text::number_text(static_cast<double>(kLowestPlausible)) + " m or above " +
+                       text::number_text(static_cast<double>(kHighestPlausible)) +
+                       " m, as nowhere on the Earth, and is stored and averaged as it is; if it means no data, say so with --nodata"});
     keeps_numbers_ = choices.scale == 1.0 && choices.offset == 0.0;
     centre_range_ = range_of(choices);
     if (!choices.with_bounds) return;
@@ -164,6 +170,20 @@ class ElevationCodec final : public ChannelCodec {
       const double wanted = choices_.is_wide ? wide_height(reference, i) : static_cast<double>(reference[0][i]) / weight;
       errors[0].add(range.offset + range.scale * static_cast<double>(stored[i]) - wanted);
     }
+  }
+
+  void count_losses(const ConstPlaneRow& row, bool, std::int64_t count, std::int64_t x, std::int64_t y,
+                    std::span<LossCount> counts) const override {
+    const float* const sum = row[0];
+    const float* const weight = row[weight_];
+    // Of a texel without data both are 0.
+    const auto is_implausible = [&](std::int64_t i) {
+      return (sum[i] < kLowestPlausible * weight[i]) | (sum[i] > kHighestPlausible * weight[i]);
+    };
+    bool any = false;
+    for (std::int64_t i = 0; i < count; ++i) any |= is_implausible(i);
+    for (std::int64_t i = 0; any && i < count; ++i)
+      if (is_implausible(i)) counts[0].add(x + i, y);
   }
 
  private:

@@ -430,5 +430,33 @@ TEST_P(RealTerrain, KeepsItsMeanAndItsVoids) {
 INSTANTIATE_TEST_SUITE_P(Files, RealTerrain,
                          ::testing::Values("swellendam_srtm_41_19_4326.tif", "everest_srtm_90m.tif", "mt_hood_lf_elev_220_utm.tif"));
 
+// A void that no tag declares is a height to the filter; a height that no place has is said, with how many there are and where.
+TEST(ElevationLayer, HeightsOfNowhereAreSaid) {
+  const test::TempFolder folder;
+  RasterSpec spec = spec_of(300, 200);
+  for (const SampleType type : {SampleType::kFloat32, SampleType::kInt16, SampleType::kFloat64}) {
+    spec.type = type;
+    spec.nodata.reset();
+    write_raster(folder / "input.tif", spec, [](std::int64_t x, std::int64_t y, int) {
+      return x == 250 && y < 100 ? -32767.0 : x == 3 && y == 150 ? 9001.0 : x == 4 ? 9000.0 : x == 5 ? -12000.0 : terrain(x, y);
+    });
+    LayerRequest request = request_for({folder / "input.tif"}, ChannelType::kElevation);
+    const auto path = folder / (std::string(sample_name(type)) + ".vts");
+    const BuildReport report = build(path, request, {.block_levels = 1});
+    ASSERT_EQ(report.remarks.size(), 1U) << sample_name(type);
+    EXPECT_NE(report.remarks[0].find("in 101 texels of the finest level (first in 250,0) the height is below -12000 m or above 9000 m"),
+              std::string::npos)
+        << report.remarks[0];
+    const auto metadata = nlohmann::json::parse(store::StoreReader::open(path)->find_layer("elevation")->metadata_json);
+    EXPECT_EQ(metadata.at("losses")[0].at("texels"), 101);
+  }
+  spec.type = SampleType::kFloat32;
+  spec.nodata = -32767.0;
+  write_raster(folder / "input.tif", spec, [](std::int64_t x, std::int64_t y, int) { return x == 250 ? -32767.0 : terrain(x, y); });
+  LayerRequest declared = request_for({folder / "input.tif"}, ChannelType::kElevation);
+  declared.name = "declared";
+  EXPECT_TRUE(build(folder / "b.vts", declared).remarks.empty()) << "no data is no height";
+}
+
 }  // namespace
 }  // namespace vt::pipeline
