@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "builder/text/json_text.h"
+#include "store/texel_decoder.h"
 #include "store/vt_mapping.h"
 #include "tools/class_table.h"
 #include "tools/cli_support.h"
@@ -135,18 +136,26 @@ Result<Value> read_value(const store::StoreReader& reader, const LayerInfo& laye
   const TexelLayout layout = layout_of(layer);
   const std::size_t edge = layer.tile_texels();
   std::vector<std::byte> payload(layer.tile_payload_bytes());
-  std::vector<std::byte> texels(edge * edge * layout.texel_bytes());
   VT_CHECK(reader.read(layer.id, tile, payload));
+  const std::size_t at = static_cast<std::size_t>(row) * edge + static_cast<std::size_t>(column);
+  if (layout.is_float) {  // in double: codes can hold what floats do not
+    std::vector<float> samples(edge * edge * static_cast<std::size_t>(layout.channels));
+    store::decode_texels(layer.format, payload, edge, edge, samples);
+    const std::span<const float> here = std::span(samples).subspan(at * static_cast<std::size_t>(layout.channels));
+    const bool is_missing = layer.zero_is_nodata && here[0] == 0.0F;
+    for (std::size_t c = 0; c < static_cast<std::size_t>(layout.channels); ++c) {
+      const ComponentRange& range = layer.components[c];
+      value.channels.push_back(is_missing                  ? std::numeric_limits<double>::quiet_NaN()
+                               : range == ComponentRange() ? double{here[c]}
+                                                           : range.offset + range.scale * double{here[c]});
+    }
+    return value;
+  }
+  std::vector<std::byte> texels(edge * edge * layout.texel_bytes());
   decode_tile(layer, payload, texels);
 
-  const std::byte* const texel = &texels[(static_cast<std::size_t>(row) * edge + static_cast<std::size_t>(column)) * layout.texel_bytes()];
+  const std::byte* const texel = &texels[at * layout.texel_bytes()];
   for (int channel = 0; channel < layout.channels; ++channel) {
-    if (layout.is_float) {
-      float number = 0.0F;
-      std::memcpy(&number, texel + static_cast<std::size_t>(channel) * sizeof number, sizeof number);
-      value.channels.push_back(double{number});
-      continue;
-    }
     const auto code = std::to_integer<std::uint8_t>(texel[channel]);
     value.channels.push_back(code);
     if (layer.transfer == Transfer::kSrgb) {
@@ -162,8 +171,9 @@ std::string numbers_text(const std::vector<double>& numbers, bool is_exact) {
   std::string text;
   for (const double number : numbers) {
     if (!text.empty()) text += ", ";
-    // Floats were 32 bits wide: nine digits give them back exactly.
-    text += std::isnan(number) ? "no data" : is_exact ? fmt::format("{}", number) : fmt::format("{:.9g}", number);
+    // Nine digits give floats back exactly.
+    const bool is_float = number == double{static_cast<float>(number)};
+    text += std::isnan(number) ? "no data" : is_exact ? fmt::format("{}", number) : fmt::format("{:.{}g}", number, is_float ? 9 : 12);
   }
   return text;
 }

@@ -135,6 +135,20 @@ TEST_F(VtinspectPlaces, PickedHeightsAreWhereTheyWerePicked) {
   EXPECT_THAT(run({"sample", "s.vts", "--layer", "elevation", "--level", "1", "--texel", "1,1"}).out, testing::Not(HasSubstr("sampled")));
 }
 
+// --- Heights that floats do not hold ---------------------------------------------------------------------------------------------------
+
+TEST_F(VtinspectPlaces, CodesAreReadInDoublePrecision) {
+  const RasterSpec raster{.width = 40, .height = 30, .bands = 1, .type = SampleType::kFloat64};
+  pipeline::write_raster(directory_ / "in.tif", raster,
+                         [](std::int64_t x, std::int64_t y, int) { return 1e6 + 0.001 * static_cast<double>(x + 40 * y); });
+  build({"--channel", "elevation", "--format", "r16", "--range", "1000000,1000005", "--quantum", "0.001"});
+  for (const int x : {0, 7, 31}) {
+    const auto json = sample({"--layer", "elevation", "--texel", std::to_string(x) + ",2"});
+    EXPECT_NEAR(json["value"][0].get<double>() - 1e6, 0.001 * (x + 80), 0.0005);
+  }
+  EXPECT_THAT(run({"sample", "s.vts", "--layer", "elevation", "--texel", "31,2"}).out, HasSubstr("value     1000000.111"));
+}
+
 // --- Heights that fill voids ----------------------------------------------------------------------------------------------------------
 
 TEST_F(VtinspectPlaces, FilledVoidsAreFilledWhereWholeTilesAreVoid) {
