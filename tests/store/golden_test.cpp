@@ -253,7 +253,7 @@ const std::vector<Bad>& bad_stores() {
          s[2000] = std::byte{1};
          reseal(s);
        }},
-      {smallest_store, "truncated", 105, false, [](Bytes& s) { s.resize(s.size() - 64); }},
+      {smallest_store, "truncated", 105, false, [](Bytes& s) { s.erase(s.end() - 64, s.end()); }},
       {smallest_store, "catalog-checksum", 202, false, [](Bytes& s) { s[catalog_payload(s) + 100] ^= std::byte{1}; }},
       {smallest_store, "layer-tile-exponent", 204, false,
        [](Bytes& s) {
