@@ -152,6 +152,13 @@ AbsentTexels absent_texels(const LayerInfo& layer, Level level) {
   return absent;
 }
 
+double value_of(const LayerInfo& layer, std::span<const float> texel, std::size_t component) {
+  if (layer.zero_is_nodata && texel[0] == 0.0F) return std::numeric_limits<double>::quiet_NaN();
+  const ComponentRange& range = layer.components[component];
+  const double sample = static_cast<double>(texel[component]);
+  return range == ComponentRange() ? sample : range.offset + range.scale * sample;
+}
+
 void decode_tile(const LayerInfo& layer, std::span<const std::byte> payload, std::span<std::byte> out) {
   const std::size_t edge = layer.tile_texels();
   const FormatInfo& info = format_info(layer.format);
@@ -168,11 +175,7 @@ void decode_tile(const LayerInfo& layer, std::span<const std::byte> payload, std
   }
   for (std::size_t i = 0; i < samples.size(); ++i) {
     const std::size_t component = i % info.channels;
-    const ComponentRange& range = layer.components[component];
-    const bool is_missing = layer.zero_is_nodata && samples[i - component] == 0.0F;
-    const float value = is_missing                  ? std::numeric_limits<float>::quiet_NaN()
-                        : range == ComponentRange() ? samples[i]
-                                                    : static_cast<float>(range.offset + range.scale * static_cast<double>(samples[i]));
+    const auto value = static_cast<float>(value_of(layer, std::span(samples).subspan(i - component), component));
     std::memcpy(&out[i * sizeof value], &value, sizeof value);
   }
 }

@@ -58,6 +58,9 @@ struct AbsentTexels {
 };
 [[nodiscard]] AbsentTexels absent_texels(const LayerInfo& layer, Level level);
 
+// What a sample of a texel is worth by the layer's range; NaN: no data. `texel` begins with the texel's first sample, as decode_texels()
+// (store/texel_decoder.h) gives it.
+[[nodiscard]] double value_of(const LayerInfo& layer, std::span<const float> texel, std::size_t component);
 // Texels of one tile to TexelLayout. `payload` is tile_payload_bytes() long, `out` tile_texels()^2 texels.
 void decode_tile(const LayerInfo& layer, std::span<const std::byte> payload, std::span<std::byte> out);
 

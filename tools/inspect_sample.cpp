@@ -142,13 +142,7 @@ Result<Value> read_value(const store::StoreReader& reader, const LayerInfo& laye
     std::vector<float> samples(edge * edge * static_cast<std::size_t>(layout.channels));
     store::decode_texels(layer.format, payload, edge, edge, samples);
     const std::span<const float> here = std::span(samples).subspan(at * static_cast<std::size_t>(layout.channels));
-    const bool is_missing = layer.zero_is_nodata && here[0] == 0.0F;
-    for (std::size_t c = 0; c < static_cast<std::size_t>(layout.channels); ++c) {
-      const ComponentRange& range = layer.components[c];
-      value.channels.push_back(is_missing                  ? std::numeric_limits<double>::quiet_NaN()
-                               : range == ComponentRange() ? double{here[c]}
-                                                           : range.offset + range.scale * double{here[c]});
-    }
+    for (std::size_t c = 0; c < static_cast<std::size_t>(layout.channels); ++c) value.channels.push_back(value_of(layer, here, c));
     return value;
   }
   std::vector<std::byte> texels(edge * edge * layout.texel_bytes());
