@@ -11,10 +11,10 @@
 namespace vt::pipeline {
 namespace {
 
-constexpr int kLeastOctave = -14;    // of normal halves
-constexpr int kBrightestOctave = 9;  // of what is stored, at the brightest that was seen
-constexpr int kLeastScale = -126;
-constexpr double kSmallShare = 1e-3;  // of light that may be lost
+constexpr int kLeastOctave = -14;        // of normal halves
+constexpr int kBrightestOctave = 9;      // of what is stored, at the brightest that was seen
+constexpr int kLeastScaleOctave = -126;  // floats hold the scale and its reciprocal
+constexpr double kSmallShare = 1e-3;     // of light that may be lost
 
 // Light by octaves, over texels and the three colours.
 struct LightSeen {
@@ -58,8 +58,7 @@ Result<double> choose_stored_light(std::span<const SourcePlaces> sources) {
   LightSeen seen;
   VT_CHECK(look_at_windows(
       sources, [&](const resample::PlacedSource& source, const source::Window& window) { return look_at(source, window, seen); }));
-  // Floats hold the scale and its reciprocal.
-  return seen.is_small() ? std::min(1.0, std::ldexp(1.0, std::max(seen.brightest_octave - kBrightestOctave, kLeastScale))) : 1.0;
+  return seen.is_small() ? std::min(1.0, std::ldexp(1.0, std::max(seen.brightest_octave - kBrightestOctave, kLeastScaleOctave))) : 1.0;
 }
 
 }  // namespace vt::pipeline

@@ -186,6 +186,17 @@ TEST(IlluminationLayer, LightInSmallUnitsIsKeptByAScaleThatReadersAreTold) {
   }
 }
 
+// As small as floats get: the scale and its reciprocal are floats still.
+TEST(IlluminationLayer, TheSmallestLightIsKept) {
+  for (const double light : {1e-35, 1e-36, 1e-37}) {
+    const BuiltLight small = built(
+        {.width = 32, .height = 32, .type = SampleType::kFloat32}, [&](std::int64_t, std::int64_t, int) { return light; },
+        TexelFormat::kRgba16Float, 32);
+    const double wanted = 3.0 * 32 * 32 * light;
+    for (const double total : small.totals) EXPECT_NEAR(total / wanted, 1.0, 1e-3) << light;  // halves have 11 bits
+  }
+}
+
 TEST(IlluminationLayer, LightThatHalvesHoldHasNoScale) {
   const RasterSpec spec{.width = 97, .height = 131, .type = SampleType::kFloat32};
   for (const TexelFormat format : kFormats)

@@ -5,6 +5,7 @@
 #include <atomic>
 #include <stdexcept>
 #include <string>
+#include <system_error>
 #include <thread>
 #include <vector>
 
@@ -40,6 +41,11 @@ TEST(ForEachIndex, AnExceptionIsAnErrorToo) {
   ASSERT_FALSE(result.has_value());
   EXPECT_EQ(result.error().code, ErrorCode::kInternal);
   EXPECT_EQ(result.error().message, "no memory");
+  // What the system refuses is no fault of the program's.
+  const auto refused = for_each_index(
+      3, 2, [](std::size_t) -> Result<void> { throw std::system_error(std::make_error_code(std::errc::permission_denied)); });
+  ASSERT_FALSE(refused.has_value());
+  EXPECT_EQ(refused.error().code, ErrorCode::kIo);
 }
 
 }  // namespace

@@ -256,6 +256,24 @@ TEST_F(BandMeaningTest, ADirectoryThatMayBeAMaskIsNotLost) {
   EXPECT_EQ(refusal_of(good.substr(0, second_at + 20)).code, ErrorCode::kInvalidData);
 }
 
+// However far behind the picture it lies, and when it is of something else.
+TEST_F(BandMeaningTest, AMaskIsNotPassedOverInSilence) {
+  const auto with_pages_before_mask = [](int pages, std::uint32_t mask_width) {
+    RawTiff tiff = RawTiff::grey(4, 1);
+    for (int i = 0; i < pages; ++i) tiff.page({.width = 1, .height = 1, .pixels = "x"});
+    tiff.page({.width = mask_width, .height = 1, .bits = 1, .photometric = 4, .pixels = std::string("\xA0", 1)}).longs(254, {4});
+    return tiff;
+  };
+  EXPECT_EQ(open(with_pages_before_mask(1000, 4))->info().bands, 2);
+  with_pages_before_mask(1030, 4).write(folder_ / "far.tif");
+  const auto far = open_raster(folder_ / "far.tif");
+  ASSERT_FALSE(far.has_value());
+  EXPECT_NE(far.error().message.find("more than 1024 directories"), std::string::npos) << far.error().message;
+  const auto other = open(with_pages_before_mask(0, 5));
+  EXPECT_EQ(other->info().bands, 1);
+  EXPECT_TRUE(mentions(other->info(), "a second picture"));
+}
+
 TEST_F(BandMeaningTest, AMaskOfSignedBytesIsTheirLargest) {
   RawTiff tiff;
   tiff.page({.width = 2, .height = 1, .sample_format = 2, .pixels = std::string("\x05\xFB", 2)})
