@@ -5,7 +5,7 @@
 #include "runtime/virtual_texture.h"
 #include "store/region.h"
 #include "store/store_reader.h"
-#include "store/texel_decoder.h"
+#include "store/texel/texel_decoder.h"
 
 namespace vt::runtime {
 

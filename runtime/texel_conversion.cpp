@@ -2,11 +2,11 @@
 
 #include <cassert>
 
-#include "store/bc1.h"
-#include "store/bc3.h"
-#include "store/bc4.h"
-#include "store/bc6h.h"
-#include "store/bc7.h"
+#include "store/texel/bc1.h"
+#include "store/texel/bc3.h"
+#include "store/texel/bc4.h"
+#include "store/texel/bc6h.h"
+#include "store/texel/bc7.h"
 
 namespace vt::runtime {
 

@@ -9,16 +9,16 @@
 #include <unordered_set>
 #include <utility>
 
-#include "store/catalog.h"
-#include "store/file.h"
-#include "store/file_beside.h"
-#include "store/index_builder.h"
-#include "store/index_cursor.h"
-#include "store/layout.h"
-#include "store/new_store.h"
-#include "store/snapshot.h"
-#include "store/tile_text.h"
-#include "store/uuid.h"
+#include "store/format/catalog.h"
+#include "store/format/file_beside.h"
+#include "store/format/layout.h"
+#include "store/format/snapshot.h"
+#include "store/format/tile_text.h"
+#include "store/index/index_builder.h"
+#include "store/index/index_cursor.h"
+#include "store/index/new_store.h"
+#include "store/io/file.h"
+#include "store/io/uuid.h"
 
 namespace vt::store {
 namespace {

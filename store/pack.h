@@ -12,7 +12,7 @@
 
 #include "store/result.h"
 #include "store/store_reader.h"
-#include "store/store_writer.h"
+#include "store/writer_options.h"
 
 namespace vt::store {
 

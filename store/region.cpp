@@ -9,12 +9,12 @@
 #include <string>
 #include <vector>
 
-#include "store/bc6h.h"
-#include "store/bc7.h"
-#include "store/bytes.h"
-#include "store/half.h"
-#include "store/solid_block.h"
-#include "store/tile_text.h"
+#include "store/format/tile_text.h"
+#include "store/io/bytes.h"
+#include "store/texel/bc6h.h"
+#include "store/texel/bc7.h"
+#include "store/texel/half.h"
+#include "store/texel/solid_block.h"
 
 namespace vt::store {
 namespace {

@@ -6,13 +6,13 @@
 #include <cassert>
 #include <utility>
 
-#include "store/file.h"
-#include "store/index_cursor.h"
-#include "store/layout.h"
-#include "store/mapping.h"
-#include "store/page_directory.h"
-#include "store/snapshot.h"
-#include "store/tile_text.h"
+#include "store/format/layout.h"
+#include "store/format/snapshot.h"
+#include "store/format/tile_text.h"
+#include "store/index/index_cursor.h"
+#include "store/index/page_directory.h"
+#include "store/io/file.h"
+#include "store/io/mapping.h"
 
 namespace vt::store {
 namespace {

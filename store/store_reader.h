@@ -17,21 +17,14 @@
 #include <string_view>
 #include <vector>
 
-#include "store/codec.h"
+#include "store/codec/codec.h"
+#include "store/description.h"
 #include "store/layer.h"
 #include "store/result.h"
-#include "store/store_writer.h"
 
 namespace vt::store {
 
-struct Snapshot;  // store/snapshot.h
-
-// A store has two superblocks, either of which is enough.
-enum class StoreHealth : std::uint8_t {
-  kWhole,
-  kOneSuperblock,  // one is damaged. Nothing that was committed is lost; the next writer mends it
-  kMayBeOlder,     // one is damaged, and may have held a later generation than this one. Only in a store that an older program has written
-};
+struct Snapshot;  // store/format/snapshot.h
 
 enum class TileKind : std::uint8_t {
   kAbsent,    // never written: use an ancestor

@@ -8,16 +8,16 @@
 #include <unordered_map>
 #include <utility>
 
-#include "store/catalog.h"
-#include "store/catalog_space.h"
-#include "store/file.h"
-#include "store/file_beside.h"
-#include "store/known_payloads.h"
-#include "store/layout.h"
-#include "store/page_cache.h"
-#include "store/snapshot.h"
-#include "store/tile_text.h"
-#include "store/uuid.h"
+#include "store/format/catalog.h"
+#include "store/format/file_beside.h"
+#include "store/format/layout.h"
+#include "store/format/snapshot.h"
+#include "store/format/tile_text.h"
+#include "store/index/catalog_space.h"
+#include "store/index/known_payloads.h"
+#include "store/index/page_cache.h"
+#include "store/io/file.h"
+#include "store/io/uuid.h"
 
 namespace vt::store {
 namespace {

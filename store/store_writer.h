@@ -8,40 +8,19 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
-#include <functional>
 #include <memory>
 #include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
-#include "store/codec.h"
+#include "store/codec/codec.h"
+#include "store/description.h"
 #include "store/layer.h"
 #include "store/result.h"
+#include "store/writer_options.h"
 
 namespace vt::store {
-
-// What the dataset is, fixed when the store is created.
-struct StoreDescription {
-  Area area;
-  std::string metadata_json = "{}";  // coordinate reference system and provenance; schemas/store-metadata.schema.json
-};
-
-struct WriterOptions {
-  // Called before every write and sync the writer makes, with what it is about to do; a non-zero errno makes that call fail with it.
-  // For tests (disk full, torn write logs); null in production.
-  struct FileOperation {
-    enum class Kind { kWrite, kSync, kTruncate } kind;
-    std::uint64_t offset = 0;
-    std::span<const std::byte> bytes;
-  };
-  std::function<int(const FileOperation&)> before_operation = nullptr;
-  // Stands in for the hash by which put() looks for a payload that was written before. For tests, which make different payloads collide;
-  // null in production.
-  std::function<std::uint64_t(const PayloadView&)> payload_fingerprint = nullptr;
-  // false: commits order writes but do not wait for the disk; a power cut may then lose the store (a killed process may not).
-  bool sync = true;
-};
 
 class StoreWriter {
  public:

@@ -8,12 +8,12 @@
 #include <unordered_set>
 #include <utility>
 
-#include "store/catalog.h"
-#include "store/file.h"
-#include "store/layout.h"
-#include "store/mapping.h"
-#include "store/snapshot.h"
-#include "store/tile_text.h"
+#include "store/format/catalog.h"
+#include "store/format/layout.h"
+#include "store/format/snapshot.h"
+#include "store/format/tile_text.h"
+#include "store/io/file.h"
+#include "store/io/mapping.h"
 
 namespace vt::store {
 namespace {

@@ -2,11 +2,11 @@
 
 #include <cassert>
 
-#include "builder/encode/bc1_encoder.h"
-#include "builder/encode/bc3_encoder.h"
-#include "builder/encode/bc4_encoder.h"
-#include "builder/encode/bc6h_encoder.h"
-#include "builder/encode/bc7_encoder.h"
+#include "builder/encode/bc1/bc1_encoder.h"
+#include "builder/encode/bc1/bc3_encoder.h"
+#include "builder/encode/bc4/bc4_encoder.h"
+#include "builder/encode/bptc/bc6h_encoder.h"
+#include "builder/encode/bptc/bc7_encoder.h"
 
 namespace vt::encode {
 

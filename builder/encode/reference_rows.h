@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "builder/channels/channel_codec.h"
+#include "builder/channels/codec/channel_codec.h"
 #include "store/layer.h"
 
 namespace vt::encode {

@@ -5,7 +5,7 @@
 #include <cstring>
 
 #include "builder/encode/block_encoder.h"
-#include "store/texel_decoder.h"
+#include "store/texel/texel_decoder.h"
 
 namespace vt::encode {
 namespace {

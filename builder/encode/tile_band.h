@@ -9,10 +9,10 @@
 #include <span>
 #include <vector>
 
-#include "builder/channels/channel_codec.h"
+#include "builder/channels/codec/channel_codec.h"
 #include "builder/encode/quality.h"
 #include "builder/encode/reference_rows.h"
-#include "store/codec.h"
+#include "store/codec/codec.h"
 #include "store/layer.h"
 #include "store/result.h"
 

@@ -12,8 +12,8 @@
 #include <span>
 #include <vector>
 
-#include "builder/channels/channel_codec.h"
-#include "builder/channels/class_areas.h"
+#include "builder/channels/codec/channel_codec.h"
+#include "builder/channels/codec/class_areas.h"
 #include "builder/pyramid/halving_kernel.h"
 #include "builder/pyramid/layer_shape.h"
 #include "store/result.h"

@@ -8,8 +8,8 @@
 #include <span>
 #include <vector>
 
-#include "builder/channels/channel_codec.h"
-#include "builder/channels/class_areas.h"
+#include "builder/channels/codec/channel_codec.h"
+#include "builder/channels/codec/class_areas.h"
 
 namespace vt::pyramid {
 

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <optional>
 
-#include "builder/channels/wide_value.h"
+#include "builder/channels/samples/wide_value.h"
 
 namespace vt::pyramid {
 

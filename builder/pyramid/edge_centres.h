@@ -11,7 +11,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "builder/channels/channel_codec.h"
+#include "builder/channels/codec/channel_codec.h"
 #include "builder/pyramid/plane_rows.h"
 
 namespace vt::pyramid {

@@ -4,7 +4,7 @@
 #include <array>
 #include <cassert>
 
-#include "builder/channels/coverage.h"
+#include "builder/channels/shared/coverage.h"
 #include "builder/pyramid/reduce_rows.h"
 
 namespace vt::pyramid {

@@ -10,7 +10,7 @@
 #include <span>
 #include <vector>
 
-#include "builder/channels/channel_codec.h"
+#include "builder/channels/codec/channel_codec.h"
 #include "builder/pyramid/halving_kernel.h"
 #include "builder/pyramid/plane_rows.h"
 

@@ -2,7 +2,7 @@
 
 #include <string>
 
-#include "store/prediction.h"
+#include "store/codec/prediction.h"
 
 namespace vt::pyramid {
 namespace {

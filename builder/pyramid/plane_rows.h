@@ -7,7 +7,7 @@
 #include <span>
 #include <vector>
 
-#include "builder/channels/channel_codec.h"
+#include "builder/channels/codec/channel_codec.h"
 #include "builder/pyramid/cascade.h"
 #include "builder/pyramid/layer_shape.h"
 

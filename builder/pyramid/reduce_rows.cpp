@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "builder/channels/channel_codec.h"
+#include "builder/channels/codec/channel_codec.h"
 
 // Highway compiles this file once for each CPU target and chooses at run time.
 #undef HWY_TARGET_INCLUDE

@@ -7,7 +7,7 @@
 #include <span>
 #include <utility>
 
-#include "builder/resample/buffers.h"
+#include "builder/resample/grid/buffers.h"
 
 namespace vt::resample {
 namespace {

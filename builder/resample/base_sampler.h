@@ -17,14 +17,14 @@
 #include <memory>
 #include <vector>
 
-#include "builder/channels/channel_codec.h"
-#include "builder/channels/class_areas.h"
-#include "builder/resample/placed_source.h"
-#include "builder/resample/rect_index.h"
-#include "builder/resample/sample_grid.h"
-#include "builder/resample/texel_block.h"
+#include "builder/channels/codec/channel_codec.h"
+#include "builder/channels/codec/class_areas.h"
+#include "builder/resample/grid/placed_source.h"
+#include "builder/resample/grid/rect_index.h"
+#include "builder/resample/grid/sample_grid.h"
+#include "builder/resample/rows/texel_block.h"
 #include "builder/resample/warped_reader.h"
-#include "store/content_hash.h"
+#include "store/io/content_hash.h"
 #include "store/result.h"
 #include "store/tile_id.h"
 

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "builder/resample/buffers.h"
+#include "builder/resample/grid/buffers.h"
 
 namespace vt::resample {
 namespace {

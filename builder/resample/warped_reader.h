@@ -29,13 +29,13 @@
 #include <cstdint>
 #include <vector>
 
-#include "builder/resample/area_sums.h"
-#include "builder/resample/footprint.h"
-#include "builder/resample/grid_sources.h"
-#include "builder/resample/one_sample_rows.h"
-#include "builder/resample/sample_grid.h"
-#include "builder/resample/texel_block.h"
-#include "builder/resample/texel_footprints.h"
+#include "builder/resample/grid/footprint.h"
+#include "builder/resample/grid/grid_sources.h"
+#include "builder/resample/grid/sample_grid.h"
+#include "builder/resample/rows/area_sums.h"
+#include "builder/resample/rows/one_sample_rows.h"
+#include "builder/resample/rows/texel_block.h"
+#include "builder/resample/rows/texel_footprints.h"
 #include "store/result.h"
 
 namespace vt::resample {

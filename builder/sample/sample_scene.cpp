@@ -10,10 +10,10 @@
 
 #include "builder/geo/crs.h"
 #include "builder/sample/bands.h"
-#include "builder/source/geotiff_writer.h"
+#include "builder/source/tiff/geotiff_writer.h"
 #include "builder/text/json_text.h"
 #include "builder/text/text_file.h"
-#include "store/output_file.h"
+#include "store/io/output_file.h"
 
 namespace vt::sample {
 namespace {

@@ -1,8 +1,8 @@
-#include "builder/source/file_bytes.h"
-#include "builder/source/geotiff_source.h"
-#include "builder/source/picture_source.h"
+#include "builder/source/files/file_bytes.h"
+#include "builder/source/picture/picture_source.h"
 #include "builder/source/raster_format.h"
 #include "builder/source/raster_source.h"
+#include "builder/source/tiff/geotiff_source.h"
 
 namespace vt::source {
 

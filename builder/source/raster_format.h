@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <string>
 
-#include "builder/source/file_bytes.h"
+#include "builder/source/files/file_bytes.h"
 #include "store/result.h"
 
 namespace vt::source {

@@ -15,9 +15,9 @@
 #include "builder/geo/crs.h"
 #include "builder/geo/geo_transform.h"
 #include "builder/source/band_meaning.h"
-#include "store/content_hash.h"
+#include "builder/source/sample_type.h"
+#include "store/io/content_hash.h"
 #include "store/result.h"
-#include "store/sample_type.h"
 
 namespace vt::source {
 

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <type_traits>
 
-#include "builder/source/world_file.h"
+#include "builder/source/metadata/world_file.h"
 
 namespace vt::source {
 namespace {

@@ -6,7 +6,7 @@
 #include <cstring>
 #include <span>
 
-#include "builder/source/block_cache.h"
+#include "builder/source/cells/block_cache.h"
 #include "builder/source/raster_source.h"
 #include "store/result.h"
 

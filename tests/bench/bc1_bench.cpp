@@ -3,9 +3,9 @@
 
 #include <string>
 
-#include "builder/encode/bc1_encoder.h"
-#include "tests/encode/bc1_images.h"
-#include "tests/encode/squish_encoder.h"
+#include "builder/encode/bc1/bc1_encoder.h"
+#include "tests/encode/bc1/bc1_images.h"
+#include "tests/encode/bc1/squish_encoder.h"
 
 namespace vt::encode {
 namespace {

@@ -5,7 +5,7 @@
 #include <functional>
 #include <string>
 
-#include "tests/encode/bc4_images.h"
+#include "tests/encode/bc4/bc4_images.h"
 
 namespace vt::encode {
 namespace {

@@ -4,12 +4,12 @@
 #include <string>
 #include <type_traits>
 
-#include "store/bc6h.h"
-#include "store/bc7.h"
-#include "tests/encode/bc6h_definition.h"
-#include "tests/encode/bc6h_images.h"
-#include "tests/encode/bc7_definition.h"
-#include "tests/encode/bc7_images.h"
+#include "store/texel/bc6h.h"
+#include "store/texel/bc7.h"
+#include "tests/encode/bptc/bc6h_definition.h"
+#include "tests/encode/bptc/bc6h_images.h"
+#include "tests/encode/bptc/bc7_definition.h"
+#include "tests/encode/bptc/bc7_images.h"
 
 namespace vt::encode {
 namespace {

@@ -13,9 +13,9 @@
 #include <vector>
 
 #include "builder/source/raster_source.h"
-#include "store/bytes.h"
-#include "store/codec.h"
-#include "store/half.h"
+#include "store/codec/codec.h"
+#include "store/io/bytes.h"
+#include "store/texel/half.h"
 
 namespace vt::store {
 namespace {

@@ -8,10 +8,10 @@
 #include <string>
 #include <vector>
 
-#include "builder/source/block_cache.h"
-#include "builder/source/file_pool.h"
-#include "builder/source/geotiff_writer.h"
+#include "builder/source/cells/block_cache.h"
+#include "builder/source/files/file_pool.h"
 #include "builder/source/raster_source.h"
+#include "builder/source/tiff/geotiff_writer.h"
 #include "tests/support/temp_folder.h"
 
 namespace vt::source {

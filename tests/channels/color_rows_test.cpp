@@ -1,4 +1,4 @@
-#include "builder/channels/color_rows.h"
+#include "builder/channels/color/color_rows.h"
 
 #include <gtest/gtest.h>
 

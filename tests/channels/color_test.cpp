@@ -5,8 +5,8 @@
 #include <limits>
 #include <random>
 
-#include "builder/channels/channel_makers.h"
-#include "builder/channels/srgb.h"
+#include "builder/channels/codec/channel_makers.h"
+#include "builder/channels/shared/srgb.h"
 #include "tests/channels/row_fixture.h"
 
 namespace vt::channels {

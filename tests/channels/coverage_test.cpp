@@ -1,4 +1,4 @@
-#include "builder/channels/coverage.h"
+#include "builder/channels/shared/coverage.h"
 
 #include <gtest/gtest.h>
 

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "builder/channels/channel_codec.h"
+#include "builder/channels/codec/channel_codec.h"
 #include "tests/channels/row_fixture.h"
 
 namespace vt::channels {

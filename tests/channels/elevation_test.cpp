@@ -5,8 +5,8 @@
 #include <cstring>
 #include <random>
 
-#include "builder/channels/channel_makers.h"
-#include "store/texel_decoder.h"
+#include "builder/channels/codec/channel_makers.h"
+#include "store/texel/texel_decoder.h"
 #include "tests/channels/row_fixture.h"
 
 namespace vt::channels {

@@ -3,10 +3,10 @@
 #include <cmath>
 #include <random>
 
-#include "builder/channels/angle.h"
-#include "builder/channels/channel_makers.h"
-#include "builder/channels/horizon_input.h"
-#include "builder/channels/lit_fraction.h"
+#include "builder/channels/codec/channel_makers.h"
+#include "builder/channels/horizon/horizon_input.h"
+#include "builder/channels/horizon/lit_fraction.h"
+#include "builder/channels/shared/angle.h"
 #include "tests/channels/row_fixture.h"
 
 namespace vt::channels {

@@ -3,8 +3,8 @@
 #include <cmath>
 #include <limits>
 
-#include "builder/channels/channel_makers.h"
-#include "store/texel_decoder.h"
+#include "builder/channels/codec/channel_makers.h"
+#include "store/texel/texel_decoder.h"
 #include "tests/channels/row_fixture.h"
 
 namespace vt::channels {

@@ -4,7 +4,7 @@
 #include <limits>
 #include <random>
 
-#include "builder/channels/channel_makers.h"
+#include "builder/channels/codec/channel_makers.h"
 #include "tests/channels/row_fixture.h"
 
 namespace vt::channels {

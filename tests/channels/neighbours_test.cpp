@@ -1,10 +1,10 @@
-#include "builder/channels/neighbours.h"
+#include "builder/channels/shared/neighbours.h"
 
 #include <gtest/gtest.h>
 
 #include <limits>
 
-#include "builder/channels/format_of_channels.h"
+#include "builder/channels/shared/format_of_channels.h"
 #include "tests/channels/row_fixture.h"
 
 namespace vt::channels {

@@ -1,4 +1,4 @@
-#include "builder/channels/nodata.h"
+#include "builder/channels/samples/nodata.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "builder/channels/normal_rows.h"
+#include "builder/channels/normal/normal_rows.h"
 
 #include <gtest/gtest.h>
 

@@ -6,10 +6,10 @@
 #include <numbers>
 #include <random>
 
-#include "builder/channels/angle.h"
-#include "builder/channels/channel_makers.h"
-#include "builder/channels/normal_moments.h"
-#include "builder/channels/normal_rows.h"
+#include "builder/channels/codec/channel_makers.h"
+#include "builder/channels/normal/normal_moments.h"
+#include "builder/channels/normal/normal_rows.h"
+#include "builder/channels/shared/angle.h"
 #include "tests/channels/row_fixture.h"
 
 namespace vt::channels {

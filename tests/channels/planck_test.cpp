@@ -1,11 +1,11 @@
-#include "builder/channels/planck.h"
+#include "builder/channels/sensor/planck.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <limits>
 
-#include "builder/channels/spectral_response.h"
+#include "builder/channels/sensor/spectral_response.h"
 
 namespace vt::channels {
 namespace {

@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "builder/channels/channel_codec.h"
+#include "builder/channels/codec/channel_codec.h"
 
 namespace vt::channels {
 

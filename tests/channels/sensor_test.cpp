@@ -4,9 +4,9 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 
-#include "builder/channels/channel_makers.h"
-#include "builder/channels/planck.h"
-#include "store/texel_decoder.h"
+#include "builder/channels/codec/channel_makers.h"
+#include "builder/channels/sensor/planck.h"
+#include "store/texel/texel_decoder.h"
 #include "tests/channels/row_fixture.h"
 
 namespace vt::channels {

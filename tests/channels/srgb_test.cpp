@@ -1,4 +1,4 @@
-#include "builder/channels/srgb.h"
+#include "builder/channels/shared/srgb.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "builder/channels/thermal_basis.h"
+#include "builder/channels/sensor/thermal_basis.h"
 
 #include <gtest/gtest.h>
 
@@ -6,9 +6,9 @@
 #include <nlohmann/json.hpp>
 #include <random>
 
-#include "builder/channels/channel_makers.h"
-#include "builder/channels/symmetric_eigen.h"
-#include "store/texel_decoder.h"
+#include "builder/channels/codec/channel_makers.h"
+#include "builder/channels/sensor/symmetric_eigen.h"
+#include "store/texel/texel_decoder.h"
 #include "tests/channels/row_fixture.h"
 #include "tests/channels/thermal_fixture.h"
 

@@ -1,4 +1,4 @@
-#include "builder/channels/unorm_rows.h"
+#include "builder/channels/shared/unorm_rows.h"
 
 #include <gtest/gtest.h>
 

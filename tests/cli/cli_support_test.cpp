@@ -1,4 +1,4 @@
-#include "tools/cli_support.h"
+#include "tools/cli/cli_support.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

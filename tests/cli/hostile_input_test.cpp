@@ -8,8 +8,8 @@
 #include <array>
 #include <csignal>
 
+#include "store/format/text.h"
 #include "store/store_writer.h"
-#include "store/text.h"
 #include "tests/cli/vtinspect_run.h"
 #include "tests/pipeline/small_builds.h"
 

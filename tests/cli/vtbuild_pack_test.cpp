@@ -123,8 +123,9 @@ TEST_F(VtbuildPack, RemoveTakesALayerAndLeavesTheOthers) {
   const auto bytes = std::filesystem::file_size(folder_ / "s.vts");
   const Outcome removed = run({"remove", "s.vts", "color"});
   ASSERT_EQ(removed.exit_code, 0) << removed.err;
-  EXPECT_THAT(removed.out, AllOf(HasSubstr("removed layer color, 9 tiles"), HasSubstr("removed layer color.carry"),
-                                 HasSubstr("layers left: elevation\n"), HasSubstr("garbage"), HasSubstr("`vtbuild pack s.vts --keep-carry`")));
+  EXPECT_THAT(removed.out,
+              AllOf(HasSubstr("removed layer color, 9 tiles"), HasSubstr("removed layer color.carry"),
+                    HasSubstr("layers left: elevation\n"), HasSubstr("garbage"), HasSubstr("`vtbuild pack s.vts --keep-carry`")));
   std::erase_if(wanted, [](const auto& tile) { return tile.first.first != "elevation"; });
   ASSERT_EQ(wanted.size(), 3U);
   EXPECT_EQ(tiles_of(folder_ / "s.vts"), wanted);

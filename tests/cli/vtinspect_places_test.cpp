@@ -7,7 +7,7 @@
 #include "tests/cli/picture_file.h"
 #include "tests/cli/vtinspect_run.h"
 #include "tests/pipeline/small_builds.h"
-#include "tools/cli_support.h"
+#include "tools/cli/cli_support.h"
 
 namespace vt::test {
 namespace {

@@ -7,7 +7,7 @@
 #include <optional>
 
 #include "tests/cli/vtinspect_run.h"
-#include "tests/pipeline/layer_kinds.h"
+#include "tests/pipeline/layers/layer_kinds.h"
 
 namespace vt::test {
 namespace {

@@ -1,5 +1,5 @@
 #include "tests/cli/vtinspect_run.h"
-#include "tools/cli_support.h"
+#include "tools/cli/cli_support.h"
 
 namespace vt::test {
 namespace {

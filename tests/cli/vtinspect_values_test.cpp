@@ -6,8 +6,8 @@
 #include <optional>
 #include <stdexcept>
 
-#include "store/half.h"
 #include "store/store_writer.h"
+#include "store/texel/half.h"
 #include "tests/cli/picture_file.h"
 #include "tests/cli/vtinspect_run.h"
 

@@ -3,7 +3,7 @@
 #include <cstdlib>
 
 #if VT_HAVE_EGL
-#include "tools/egl_context.h"
+#include "tools/vtrender/egl_context.h"
 #endif
 
 namespace vt::encode {

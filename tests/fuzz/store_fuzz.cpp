@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-#include "store/layout.h"
+#include "store/format/layout.h"
 #include "store/region.h"
 #include "store/store_reader.h"
 #include "store/validate.h"

@@ -1,4 +1,4 @@
-#include "builder/pipeline/block_marks.h"
+#include "builder/pipeline/blocks/block_marks.h"
 
 #include <gtest/gtest.h>
 

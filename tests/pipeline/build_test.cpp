@@ -1,10 +1,10 @@
 #include <gtest/gtest.h>
 
-#include "builder/channels/channel_codec.h"
+#include "builder/channels/codec/channel_codec.h"
 #include "builder/encode/block_encoder.h"
-#include "builder/pipeline/build_memory.h"
+#include "builder/pipeline/build/build_memory.h"
 #include "builder/pyramid/halving_kernel.h"
-#include "tests/pipeline/layer_kinds.h"
+#include "tests/pipeline/layers/layer_kinds.h"
 #include "tests/support/whole_image.h"
 
 namespace vt::pipeline {

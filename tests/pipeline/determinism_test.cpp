@@ -3,7 +3,7 @@
 
 #include <array>
 
-#include "tests/pipeline/layer_kinds.h"
+#include "tests/pipeline/layers/layer_kinds.h"
 #include "tests/support/cpu_targets.h"
 
 namespace vt::pipeline {

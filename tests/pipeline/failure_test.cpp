@@ -133,8 +133,8 @@ TEST(Failures, AFullDiskLosesNothingThatWasCommitted) {
     {
       std::atomic<int> writes{0};
       store::WriterOptions options;
-      options.before_operation = [&](const store::WriterOptions::FileOperation& operation) {
-        return operation.kind == store::WriterOptions::FileOperation::Kind::kWrite && writes++ >= fail_at ? ENOSPC : 0;
+      options.before_operation = [&](const store::FileOperation& operation) {
+        return operation.kind == store::FileOperation::Kind::kWrite && writes++ >= fail_at ? ENOSPC : 0;
       };
       auto writer = store::StoreWriter::open(path, options);
       ASSERT_TRUE(writer.has_value());

@@ -1,4 +1,4 @@
-#include "builder/pipeline/globe_turns.h"
+#include "builder/pipeline/sources/globe_turns.h"
 
 #include <gtest/gtest.h>
 

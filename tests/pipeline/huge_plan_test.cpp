@@ -3,9 +3,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "builder/pipeline/build_memory.h"
-#include "builder/pipeline/plan_cost.h"
-#include "builder/pipeline/scene_file.h"
+#include "builder/pipeline/build/build_memory.h"
+#include "builder/pipeline/build/plan_cost.h"
+#include "builder/pipeline/request/scene_file.h"
 #include "tests/pipeline/big_tiff.h"
 #include "tests/pipeline/small_builds.h"
 

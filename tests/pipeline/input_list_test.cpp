@@ -1,4 +1,4 @@
-#include "builder/pipeline/input_list.h"
+#include "builder/pipeline/request/input_list.h"
 
 #include <gtest/gtest.h>
 

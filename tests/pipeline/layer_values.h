@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "store/texel_decoder.h"
+#include "store/texel/texel_decoder.h"
 #include "tests/pipeline/small_builds.h"
 
 namespace vt::pipeline {

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "store/store_reader.h"
-#include "store/texel_decoder.h"
+#include "store/texel/texel_decoder.h"
 
 namespace vt::pipeline {
 

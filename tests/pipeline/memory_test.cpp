@@ -4,7 +4,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include "builder/pipeline/build_memory.h"
+#include "builder/pipeline/build/build_memory.h"
 #include "tests/pipeline/big_tiff.h"
 #include "tests/pipeline/small_builds.h"
 

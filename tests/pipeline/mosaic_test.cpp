@@ -3,7 +3,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "builder/pipeline/input_list.h"
+#include "builder/pipeline/request/input_list.h"
 #include "tests/pipeline/small_builds.h"
 
 namespace vt::pipeline {

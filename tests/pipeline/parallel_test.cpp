@@ -1,4 +1,4 @@
-#include "builder/pipeline/parallel.h"
+#include "builder/pipeline/parallel/parallel.h"
 
 #include <gtest/gtest.h>
 

@@ -3,8 +3,8 @@
 
 #include <nlohmann/json.hpp>
 
-#include "tests/pipeline/layer_kinds.h"
 #include "tests/pipeline/layer_values.h"
+#include "tests/pipeline/layers/layer_kinds.h"
 #include "tests/pipeline/level_values.h"
 #include "tests/pipeline/small_builds.h"
 

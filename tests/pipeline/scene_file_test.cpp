@@ -1,4 +1,4 @@
-#include "builder/pipeline/scene_file.h"
+#include "builder/pipeline/request/scene_file.h"
 
 #include <gtest/gtest.h>
 

@@ -11,10 +11,10 @@
 #include <random>
 #include <vector>
 
-#include "builder/pipeline/dataset_store.h"
-#include "builder/pipeline/layer_build.h"
-#include "builder/pipeline/layer_plan.h"
-#include "builder/source/geotiff_writer.h"
+#include "builder/pipeline/blocks/dataset_store.h"
+#include "builder/pipeline/build/layer_build.h"
+#include "builder/pipeline/plan/layer_plan.h"
+#include "builder/source/tiff/geotiff_writer.h"
 #include "store/store_reader.h"
 #include "tests/support/temp_folder.h"
 

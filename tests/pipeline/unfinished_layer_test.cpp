@@ -4,7 +4,7 @@
 
 #include <fstream>
 
-#include "builder/pipeline/block_marks.h"
+#include "builder/pipeline/blocks/block_marks.h"
 #include "store/validate.h"
 #include "tests/pipeline/small_builds.h"
 

@@ -3,7 +3,7 @@
 
 #include <fstream>
 
-#include "builder/pipeline/work_map.h"
+#include "builder/pipeline/plan/work_map.h"
 #include "store/validate.h"
 #include "tests/pipeline/small_builds.h"
 

@@ -1,5 +1,5 @@
 // Layers of classes whose finest texels lie over many samples: their areas become counts, and the counts go on exactly.
-#include "builder/channels/class_areas.h"
+#include "builder/channels/codec/class_areas.h"
 
 #include <gtest/gtest.h>
 
@@ -10,7 +10,7 @@
 #include <random>
 #include <vector>
 
-#include "builder/channels/class_planes.h"
+#include "builder/channels/codec/class_planes.h"
 #include "builder/pyramid/class_cascade.h"
 
 namespace vt::pyramid {

@@ -9,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-#include "builder/channels/class_planes.h"
+#include "builder/channels/codec/class_planes.h"
 #include "builder/pyramid/class_carry.h"
 
 namespace vt::pyramid {

@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "builder/channels/wide_value.h"
+#include "builder/channels/samples/wide_value.h"
 #include "tests/pyramid/cascade_fixture.h"
 
 namespace vt::pyramid {

@@ -9,7 +9,7 @@
 #include <random>
 
 #include "builder/resample/base_sampler.h"
-#include "builder/resample/footprint.h"
+#include "builder/resample/grid/footprint.h"
 #include "tests/resample/memory_source.h"
 #include "tests/resample/polygon_area.h"
 

@@ -1,4 +1,4 @@
-#include "builder/resample/footprint.h"
+#include "builder/resample/grid/footprint.h"
 
 #include <gtest/gtest.h>
 

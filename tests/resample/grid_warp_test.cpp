@@ -1,4 +1,4 @@
-#include "builder/resample/grid_warp.h"
+#include "builder/resample/grid/grid_warp.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "builder/resample/rect_index.h"
+#include "builder/resample/grid/rect_index.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "builder/resample/row_kernels.h"
+#include "builder/resample/rows/row_kernels.h"
 
 #include <gtest/gtest.h>
 

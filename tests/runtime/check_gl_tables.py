@@ -10,7 +10,7 @@ names = subprocess.run([sys.executable, root / 'tools/gen_gl_header.py', '--name
 if names.returncode == 0 and names.stdout != (root / 'tests/runtime/gl12_names.txt').read_text(encoding='utf-8'):
     print('gl12_names.txt is out of date; run tools/gen_gl_header.py --names 1.2 > tests/runtime/gl12_names.txt')
     bad = 1
-for table in ('runtime/gl12_table', 'runtime/glsl_table', 'tools/vtrender_gl'):
+for table in ('runtime/gl12_table', 'runtime/glsl_table', 'tools/vtrender/gl_table'):
     run = subprocess.run([sys.executable, root / 'tools/gen_gl_header.py', f'{table}.txt'], cwd=root, capture_output=True, text=True)
     if run.returncode != 0 and 'gl.xml not found' in run.stderr:
         print(run.stderr, end='')

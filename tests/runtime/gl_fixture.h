@@ -16,8 +16,8 @@
 
 #include "runtime/virtual_texture.h"
 #include "tests/runtime/test_store.h"
-#include "tools/egl_context.h"
-#include "tools/vtrender_gl.h"
+#include "tools/vtrender/egl_context.h"
+#include "tools/vtrender/gl_table.h"
 
 namespace vt::tools {
 inline void PrintTo(GlProfile profile, std::ostream* out) { *out << (profile == GlProfile::kCore33 ? "3.3 core" : "compatibility"); }

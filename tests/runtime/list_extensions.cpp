@@ -3,7 +3,7 @@
 #include <string>
 
 #include "runtime/gl12_table.h"
-#include "tools/egl_context.h"
+#include "tools/vtrender/egl_context.h"
 
 int main() {
   namespace gl12 = vt::runtime::gl12;

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "store/half.h"
-#include "store/texel_decoder.h"
+#include "store/texel/half.h"
+#include "store/texel/texel_decoder.h"
 #include "tests/runtime/glsl_fixture.h"
 
 namespace vt::runtime {

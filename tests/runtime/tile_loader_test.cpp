@@ -8,8 +8,8 @@
 #include <thread>
 #include <utility>
 
-#include "store/bc1.h"
 #include "store/region.h"
+#include "store/texel/bc1.h"
 #include "tests/runtime/test_store.h"
 
 namespace vt::runtime {

@@ -1,14 +1,14 @@
 // What a TIFF claims beyond what its stored bytes can hold is refused before memory or disk space is taken; what is merely compressed as
 // much as it can be is read.
-#include "builder/source/compression_bounds.h"
+#include "builder/source/tiff/compression_bounds.h"
 
 #include <gtest/gtest.h>
 #include <tiffio.h>
 
-#include "builder/source/block_cache.h"
-#include "builder/source/file_pool.h"
+#include "builder/source/cells/block_cache.h"
+#include "builder/source/cells/scratch_file.h"
+#include "builder/source/files/file_pool.h"
 #include "builder/source/raster_source.h"
-#include "builder/source/scratch_file.h"
 #include "tests/source/raster_files.h"
 #include "tests/support/raw_tiff.h"
 #include "tests/support/temp_folder.h"

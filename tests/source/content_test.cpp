@@ -6,9 +6,9 @@
 #include <fstream>
 #include <random>
 
-#include "builder/source/block_cache.h"
-#include "builder/source/geotiff_writer.h"
+#include "builder/source/cells/block_cache.h"
 #include "builder/source/raster_source.h"
+#include "builder/source/tiff/geotiff_writer.h"
 #include "tests/source/raster_files.h"
 #include "tests/support/temp_folder.h"
 

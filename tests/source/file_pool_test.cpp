@@ -1,5 +1,5 @@
 // Many sources, few descriptors: files are closed behind the reader's back and opened again, and one that changed meanwhile is noticed.
-#include "builder/source/file_pool.h"
+#include "builder/source/files/file_pool.h"
 
 #include <gtest/gtest.h>
 #include <sys/resource.h>
@@ -9,10 +9,10 @@
 #include <fstream>
 #include <thread>
 
-#include "builder/source/block_cache.h"
-#include "builder/source/file_bytes.h"
-#include "builder/source/geotiff_writer.h"
+#include "builder/source/cells/block_cache.h"
+#include "builder/source/files/file_bytes.h"
 #include "builder/source/raster_source.h"
+#include "builder/source/tiff/geotiff_writer.h"
 #include "tests/source/raster_files.h"
 #include "tests/support/temp_folder.h"
 

@@ -1,4 +1,4 @@
-#include "builder/source/gdal_metadata.h"
+#include "builder/source/metadata/gdal_metadata.h"
 
 #include <gtest/gtest.h>
 

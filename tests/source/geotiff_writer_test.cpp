@@ -1,5 +1,5 @@
 // What the writer writes, the reader reads: pixels, place, CRS, nodata, alpha; and what goes wrong leaves no file.
-#include "builder/source/geotiff_writer.h"
+#include "builder/source/tiff/geotiff_writer.h"
 
 #include <gtest/gtest.h>
 #include <unistd.h>

@@ -1,6 +1,6 @@
 // What headers of pictures claim and say: claims beyond the file are refused before memory is taken for them, and nothing that changes what
 // samples mean is passed over in silence. Files are made by stb, OpenEXR, and by hand.
-#include "builder/source/picture_header.h"
+#include "builder/source/picture/picture_header.h"
 
 #include <ImfChannelList.h>
 #include <ImfFrameBuffer.h>

@@ -10,10 +10,10 @@
 #include <cstring>
 #include <filesystem>
 
-#include "builder/source/block_cache.h"
-#include "builder/source/file_pool.h"
+#include "builder/source/cells/block_cache.h"
+#include "builder/source/cells/scratch_file.h"
+#include "builder/source/files/file_pool.h"
 #include "builder/source/raster_source.h"
-#include "builder/source/scratch_file.h"
 #include "tests/source/block_walk.h"
 #include "tests/source/raster_files.h"
 #include "tests/support/temp_folder.h"

@@ -10,8 +10,8 @@
 #include <random>
 #include <vector>
 
-#include "builder/source/geotiff_writer.h"
 #include "builder/source/raster_source.h"
+#include "builder/source/tiff/geotiff_writer.h"
 
 namespace vt::source {
 

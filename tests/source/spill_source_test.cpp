@@ -4,10 +4,10 @@
 
 #include <filesystem>
 
-#include "builder/source/block_cache.h"
-#include "builder/source/geotiff_writer.h"
+#include "builder/source/cells/block_cache.h"
+#include "builder/source/cells/scratch_file.h"
 #include "builder/source/raster_source.h"
-#include "builder/source/scratch_file.h"
+#include "builder/source/tiff/geotiff_writer.h"
 #include "tests/source/block_walk.h"
 #include "tests/source/raster_files.h"
 #include "tests/support/temp_folder.h"

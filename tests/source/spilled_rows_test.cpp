@@ -1,5 +1,5 @@
 // Rows decoded once, whoever reads them in whatever order; disk space given back; a full disk said so; nothing left behind.
-#include "builder/source/spilled_rows.h"
+#include "builder/source/cells/spilled_rows.h"
 
 #include <gtest/gtest.h>
 #include <signal.h>

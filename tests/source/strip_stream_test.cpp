@@ -1,5 +1,5 @@
 // Strips unpacked a little at a time are what libtiff makes of them, and damage never ends in wrong rows without an error.
-#include "builder/source/strip_stream.h"
+#include "builder/source/tiff/strip_stream.h"
 
 #include <gtest/gtest.h>
 #include <tiffio.h>
@@ -9,7 +9,7 @@
 #include <fstream>
 #include <random>
 
-#include "builder/source/tiff_tags.h"
+#include "builder/source/metadata/tiff_tags.h"
 #include "tests/source/raster_files.h"
 #include "tests/support/temp_folder.h"
 

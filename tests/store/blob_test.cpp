@@ -3,8 +3,8 @@
 
 #include <random>
 
-#include "store/catalog.h"
-#include "store/layout.h"
+#include "store/format/catalog.h"
+#include "store/format/layout.h"
 #include "store/pack.h"
 #include "store/region.h"
 #include "store/store_reader.h"

@@ -11,7 +11,7 @@
 #include <random>
 #include <thread>
 
-#include "store/layout.h"
+#include "store/format/layout.h"
 #include "store/store_reader.h"
 #include "store/store_writer.h"
 #include "store/validate.h"
@@ -21,7 +21,7 @@ namespace vt::store {
 namespace {
 
 using namespace test;
-using Operation = WriterOptions::FileOperation;
+using Operation = FileOperation;
 
 struct LoggedOperation {
   Operation::Kind kind;

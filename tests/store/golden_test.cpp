@@ -8,8 +8,8 @@
 #include <functional>
 #include <set>
 
-#include "store/catalog.h"
-#include "store/layout.h"
+#include "store/format/catalog.h"
+#include "store/format/layout.h"
 #include "store/store_reader.h"
 #include "store/store_writer.h"
 #include "store/validate.h"
@@ -448,7 +448,7 @@ TEST(Golden, EveryBadStoreIsRefusedForItsOwnFault) {
   for (const Bad& bad : bad_stores()) {
     Bytes bytes = bad.store();
     bad.spoil(bytes);
-    const auto path = kSource / "tests/golden" / (std::string("bad-") + bad.name + ".vts");
+    const auto path = kSource / "tests/golden/bad" / (std::string(bad.name) + ".vts");
     compare_or_rewrite(path, bytes);
 
     const auto report = value_of(validate(path));

@@ -8,8 +8,8 @@
 
 #include <random>
 
-#include "store/catalog.h"
-#include "store/layout.h"
+#include "store/format/catalog.h"
+#include "store/format/layout.h"
 #include "store/store_reader.h"
 #include "store/store_writer.h"
 #include "store/validate.h"

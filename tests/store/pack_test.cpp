@@ -11,8 +11,8 @@
 #include <random>
 #include <set>
 
-#include "store/catalog.h"
-#include "store/layout.h"
+#include "store/format/catalog.h"
+#include "store/format/layout.h"
 #include "store/validate.h"
 #include "tests/store/reseal.h"
 #include "tests/store/store_support.h"
@@ -596,7 +596,7 @@ TEST_F(PackTest, AFullDiskAtAnyWriteLeavesTheOriginalAndNothingElse) {
     for (;; ++refuse_at) {
       std::size_t count = 0;
       PackOptions options;
-      options.writer.before_operation = [&](const WriterOptions::FileOperation&) { return count++ == refuse_at ? ENOSPC : 0; };
+      options.writer.before_operation = [&](const FileOperation&) { return count++ == refuse_at ? ENOSPC : 0; };
       const auto outcome = in_place ? pack_in_place(source, options) : pack(value_of(StoreReader::open(source)), packed, options);
       if (outcome) break;
       EXPECT_EQ(outcome.error().code, ErrorCode::kIo);
@@ -622,7 +622,7 @@ TEST_F(PackTest, AKilledPackLeavesAWholeStoreAndNoPartialTarget) {
         std::size_t count = 0;
         PackOptions options = kNoSync;
         // The many pages are written one by one: a few of them stand for all.
-        options.writer.before_operation = [&](const WriterOptions::FileOperation&) {
+        options.writer.before_operation = [&](const FileOperation&) {
           if (count++ == killed * killed / 2) kill(getpid(), SIGKILL);
           return 0;
         };

@@ -7,9 +7,9 @@
 #include <cstring>
 #include <random>
 
-#include "store/bytes.h"
-#include "store/half.h"
-#include "store/texel_decoder.h"
+#include "store/io/bytes.h"
+#include "store/texel/half.h"
+#include "store/texel/texel_decoder.h"
 #include "tests/store/store_support.h"
 
 namespace vt::store {

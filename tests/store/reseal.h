@@ -9,9 +9,9 @@
 #include <span>
 #include <utility>
 
-#include "store/bytes.h"
-#include "store/catalog.h"
-#include "store/layout.h"
+#include "store/format/catalog.h"
+#include "store/format/layout.h"
+#include "store/io/bytes.h"
 
 namespace vt::store::test {
 

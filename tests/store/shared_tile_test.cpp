@@ -7,8 +7,8 @@
 #include <set>
 #include <thread>
 
-#include "store/known_payloads.h"
-#include "store/layout.h"
+#include "store/format/layout.h"
+#include "store/index/known_payloads.h"
 #include "store/pack.h"
 #include "store/store_reader.h"
 #include "store/store_writer.h"
@@ -267,7 +267,7 @@ TEST_F(SharedTiles, CommitsBesideThemLoseNothing) {
 // Those who wait for a payload are let go when its write fails.
 TEST_F(SharedTiles, AFailedWriteLeavesNobodyWaiting) {
   std::atomic<bool> is_full = false;
-  create({.before_operation = [&](const WriterOptions::FileOperation&) { return is_full ? ENOSPC : 0; }});
+  create({.before_operation = [&](const FileOperation&) { return is_full ? ENOSPC : 0; }});
   put(tile_at(3, 0, 0), 1);
   is_full = true;
   std::vector<std::jthread> workers;

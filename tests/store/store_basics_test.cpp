@@ -3,7 +3,7 @@
 
 #include <random>
 
-#include "store/layout.h"
+#include "store/format/layout.h"
 #include "store/store_reader.h"
 #include "store/store_writer.h"
 #include "tests/store/store_support.h"

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <fstream>
 
-#include "store/half.h"
-#include "store/layout.h"
+#include "store/format/layout.h"
+#include "store/texel/half.h"
 
 namespace vt::store::test {
 

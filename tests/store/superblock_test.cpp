@@ -5,7 +5,7 @@
 
 #include <thread>
 
-#include "store/layout.h"
+#include "store/format/layout.h"
 #include "store/pack.h"
 #include "store/store_reader.h"
 #include "store/store_writer.h"
@@ -166,8 +166,7 @@ TEST_F(SuperblockTest, AStoreOfAnOlderProgramBecomesAPairBeforeItIsWrittenTo) {
   for (std::size_t refuse_at = 0;; ++refuse_at) {
     ASSERT_LT(refuse_at, 10U);
     std::size_t count = 0;
-    const auto writer =
-        StoreWriter::open(path, {.before_operation = [&](const WriterOptions::FileOperation&) { return count++ == refuse_at ? EIO : 0; }});
+    const auto writer = StoreWriter::open(path, {.before_operation = [&](const FileOperation&) { return count++ == refuse_at ? EIO : 0; }});
     EXPECT_EQ(read_all(value_of(StoreReader::open(path))), truth);
     EXPECT_EQ(value_of(StoreReader::open(path)).health(), StoreHealth::kWhole);
     if (writer) break;

@@ -1,4 +1,4 @@
-#include "store/text.h"
+#include "store/format/text.h"
 
 #include <gtest/gtest.h>
 

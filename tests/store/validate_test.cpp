@@ -5,7 +5,7 @@
 
 #include <set>
 
-#include "store/layout.h"
+#include "store/format/layout.h"
 #include "store/store_writer.h"
 #include "tests/store/reseal.h"
 #include "tests/store/store_support.h"

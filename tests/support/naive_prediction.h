@@ -1,5 +1,5 @@
 // The section "Prediction" of schemas/tile-store.md as its words go, one value at a time; knows nothing of store/. The truth for the naive
-// reader and for the tests of store/prediction.cpp.
+// reader and for the tests of store/codec/prediction.cpp.
 #pragma once
 
 #include <cstddef>

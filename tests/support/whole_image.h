@@ -8,7 +8,7 @@
 #include <limits>
 #include <vector>
 
-#include "builder/channels/channel_codec.h"
+#include "builder/channels/codec/channel_codec.h"
 #include "builder/pyramid/halving_kernel.h"
 #include "builder/pyramid/layer_shape.h"
 #include "store/tile_id.h"

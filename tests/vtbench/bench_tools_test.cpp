@@ -4,13 +4,13 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 
-#include "store/output_file.h"
+#include "store/io/output_file.h"
 #include "tests/support/temp_folder.h"
 #include "tests/vtbench/result_files.h"
-#include "tools/bench_child.h"
-#include "tools/bench_support.h"
-#include "tools/bench_svg.h"
-#include "tools/bench_table.h"
+#include "tools/vtbench/measure/machine.h"
+#include "tools/vtbench/peers/child_process.h"
+#include "tools/vtbench/report/svg.h"
+#include "tools/vtbench/report/table.h"
 
 namespace vt::bench {
 namespace {

@@ -5,8 +5,8 @@
 #include <sstream>
 
 #include "tests/support/temp_folder.h"
-#include "tools/bench_child.h"
-#include "tools/bench_support.h"
+#include "tools/vtbench/measure/machine.h"
+#include "tools/vtbench/peers/child_process.h"
 
 namespace vt::bench {
 namespace {

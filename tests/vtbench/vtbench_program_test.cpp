@@ -5,12 +5,12 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
-#include "builder/source/geotiff_writer.h"
-#include "store/output_file.h"
+#include "builder/source/tiff/geotiff_writer.h"
+#include "store/io/output_file.h"
 #include "tests/support/temp_folder.h"
 #include "tests/vtbench/result_files.h"
-#include "tools/bench_child.h"
-#include "tools/bench_support.h"
+#include "tools/vtbench/measure/machine.h"
+#include "tools/vtbench/peers/child_process.h"
 
 namespace vt::bench {
 namespace {

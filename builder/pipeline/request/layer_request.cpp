@@ -1,0 +1,17 @@
+#include "builder/pipeline/request/layer_request.h"
+
+#include <charconv>
+
+namespace vt::pipeline {
+
+Result<CoverageChoice> coverage_choice_from(std::string_view text) {
+  if (text == "auto") return CoverageChoice{};
+  if (text == "none") return CoverageChoice{.kind = CoverageChoice::Kind::kNone};
+  int band = 0;
+  const auto [end, status] = std::from_chars(text.data(), text.data() + text.size(), band);
+  if (status == std::errc{} && end == text.data() + text.size() && band >= 1)
+    return CoverageChoice{.kind = CoverageChoice::Kind::kBand, .band = band};
+  return fail(ErrorCode::kUsage, "coverage comes from auto, none or the number of a band, not from '" + std::string(text) + "'");
+}
+
+}  // namespace vt::pipeline

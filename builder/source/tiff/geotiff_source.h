@@ -1,0 +1,13 @@
+// GeoTIFF as a RasterSource. Private to this room: open_raster() is the way in.
+#pragma once
+
+#include <memory>
+
+#include "builder/source/files/file_bytes.h"
+#include "builder/source/raster_source.h"
+
+namespace vt::source {
+
+[[nodiscard]] Result<std::unique_ptr<RasterSource>> open_geotiff(std::shared_ptr<const FileBytes> file, const OpenOptions& options);
+
+}  // namespace vt::source

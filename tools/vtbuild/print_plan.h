@@ -1,0 +1,29 @@
+// What vtbuild --dry-run says: for people, and as JSON for programs (schemas/build-plan.schema.json).
+#pragma once
+
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <vector>
+
+#include "builder/pipeline/plan/layer_plan.h"
+
+namespace vt::tools {
+
+// What all layers of a run share.
+struct PlanContext {
+  int threads = 1;
+  std::size_t memory_bytes = 0;
+  double megatexels_per_second = 0.0;  // 0: not given
+};
+
+void print_plan(const pipeline::LayerPlan& plan, int block_levels, const PlanContext& context);
+
+// The document for layers with the block sizes of the same order.
+[[nodiscard]] nlohmann::ordered_json plan_json(const std::filesystem::path& store, const std::vector<pipeline::LayerPlan>& plans,
+                                               const std::vector<int>& block_levels, const PlanContext& context);
+
+// Notes on plans that cannot be carried out as they are.
+[[nodiscard]] std::vector<std::string> plan_doubts(const std::vector<pipeline::LayerPlan>& plans, const std::vector<int>& block_levels,
+                                                   const PlanContext& context);
+
+}  // namespace vt::tools
