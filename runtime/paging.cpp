@@ -30,32 +30,9 @@ int log2_floor(std::int64_t value) { return std::bit_width(static_cast<std::uint
 
 }  // namespace
 
-double lower_left_from_dimensions(double center, double dim_tile, int paper_level, double dim_vt) {
-  return center - dim_tile * std::ldexp(1.0, paper_level - 1) / dim_vt;
-}
-
-double lower_left_from_exponents(double center, int tile, int paper_level, int vt) {
-  return center - std::ldexp(1.0, tile + paper_level - 1 - vt);
-}
-
-Linear transform_from_pairs(double center, double lower_left) {
-  const double scale = 0.5 / (center - lower_left);
-  return {scale, 0.5 - scale * center};
-}
-
-Linear transform_from_exponents(double center, int tile, int paper_level, int vt) {
-  const double scale = std::ldexp(1.0, vt - paper_level - tile);
-  return {scale, 0.5 - scale * center};
-}
-
 Linear local_transform(double center, int tile, int paper_level, int vt, double origin) {
   const double scale = std::ldexp(1.0, vt - paper_level - tile);
   return {scale, 0.5 + scale * (origin - center)};
-}
-
-Interval extent_around(double center, double dim, int paper_level, double dim_vt) {
-  const double half = 0.5 * dim * std::ldexp(1.0, paper_level) / dim_vt;
-  return {center - half, center + half};
 }
 
 Box union_of(const Box& a, const Box& b) {

@@ -1,5 +1,6 @@
-// Where the tiles of each level lie around the paging center, and the texture transforms that follow (equations 1-7 of the virtual-texture
-// paper). Pure functions and values, no GL, no store; any thread. All arithmetic is double; tile origins are integers, so nothing drifts.
+// Where the tiles of each level lie around the paging center, and the texture transforms that follow (equations of the virtual-texture
+// paper, the others of which are in tests/support/paper_equations.h). Pure functions and values, no GL, no store; any thread. All
+// arithmetic is double; tile origins are integers, so nothing drifts.
 //
 // Spaces, as in store/vt_mapping.h: (s, t) runs 0..1 over the layer's padded square from its south-west corner; texel rows count from the
 // north. (U, V) is one tile's own texture space, 0..1 from its south-west corner. Names without a comment of their own are the paper's.
@@ -15,12 +16,7 @@
 
 namespace vt::runtime {
 
-// --- The paper's equations, for one axis. `paper_level` 0 is the finest. --------------------------------------------------------------
-
-// Equation 3: the tile's lower left corner from dimensions.
-[[nodiscard]] double lower_left_from_dimensions(double center, double dim_tile, int paper_level, double dim_vt);
-// Equation 4: the same from exponents.
-[[nodiscard]] double lower_left_from_exponents(double center, int tile, int paper_level, int vt);
+// --- The texture transform of one axis; `paper_level` 0 is the finest ------------------------------------------------------------------
 
 // Equation 1: U = scale * u + trans.
 struct Linear {
@@ -28,19 +24,8 @@ struct Linear {
   double trans = 0.0;
   [[nodiscard]] double operator()(double u) const { return scale * u + trans; }
 };
-// Equation 2: solved from its two known pairs, center -> 0.5 and lower left corner -> 0.
-[[nodiscard]] Linear transform_from_pairs(double center, double lower_left);
-// Equation 5, whose constant term is equation 7.
-[[nodiscard]] Linear transform_from_exponents(double center, int tile, int paper_level, int vt);
 // Equation 5 for coordinates that count from `origin`: U = scale * (u - origin) + trans. The large terms cancel before they are scaled.
 [[nodiscard]] Linear local_transform(double center, int tile, int paper_level, int vt, double origin);
-
-struct Interval {
-  double min = 0.0;
-  double max = 0.0;
-};
-// Equation 6: the extent of a level (or tile) of `dim` texels around its center.
-[[nodiscard]] Interval extent_around(double center, double dim, int paper_level, double dim_vt);
 
 // --- Boxes in (s, t) ----------------------------------------------------------------------------------------------------------------
 

@@ -7,6 +7,7 @@
 #include <random>
 
 #include "tests/runtime/test_store.h"
+#include "tests/support/paper_equations.h"
 
 namespace vt::runtime {
 namespace {
