@@ -38,8 +38,8 @@ HWY_INLINE Choice fit(const Moments& moments, const Texels& texels) {
 }
 
 template <class Layout, std::size_t block_bytes, Quality quality>
-void encode_at(const BlockJob& job) {
-  for_each_batch<kMaxLanes, Layout::kTexelBytes, block_bytes>(job, [](const std::uint8_t* rows, std::size_t pitch, std::uint8_t* blocks) {
+void encode_at(const BlockImage& image) {
+  for_each_batch<kMaxLanes, Layout::kTexelBytes, block_bytes>(image, [](const std::uint8_t* rows, std::size_t pitch, std::uint8_t* blocks) {
     Texels texels;
     const Moments moments = load_centred<Layout>(rows, pitch, texels);
     // The colours are the last 8 bytes of a block.
@@ -48,20 +48,20 @@ void encode_at(const BlockJob& job) {
 }
 
 template <class Layout, std::size_t block_bytes>
-void encode(const BlockJob& job) {
-  switch (job.quality) {
+void encode(const BlockImage& image) {
+  switch (image.quality) {
     case Quality::kFast:
-      return encode_at<Layout, block_bytes, Quality::kFast>(job);
+      return encode_at<Layout, block_bytes, Quality::kFast>(image);
     case Quality::kNormal:
-      return encode_at<Layout, block_bytes, Quality::kNormal>(job);
+      return encode_at<Layout, block_bytes, Quality::kNormal>(image);
     case Quality::kBest:
-      return encode_at<Layout, block_bytes, Quality::kBest>(job);
+      return encode_at<Layout, block_bytes, Quality::kBest>(image);
   }
 }
 
-void encode_rgb(const BlockJob& job) { encode<Rgb8, 8>(job); }
-void encode_rgbx(const BlockJob& job) { encode<Rgbx8, 8>(job); }
-void encode_bc3_color_halves(const BlockJob& job) { encode<Rgba8, 16>(job); }
+void encode_rgb(const BlockImage& image) { encode<Rgb8, 8>(image); }
+void encode_rgbx(const BlockImage& image) { encode<Rgbx8, 8>(image); }
+void encode_bc3_color_halves(const BlockImage& image) { encode<Rgba8, 16>(image); }
 
 }  // namespace
 }  // namespace vt::encode::HWY_NAMESPACE
@@ -77,20 +77,20 @@ HWY_EXPORT(encode_bc3_color_halves);
 void encode_bc1_image(std::span<const std::byte> rgb, std::size_t width, std::size_t height, std::size_t row_pitch_bytes,
                       std::size_t bytes_per_texel, Quality quality, std::span<std::byte> blocks) {
   assert(bytes_per_texel == 3 || bytes_per_texel == 4);
-  const BlockJob job = block_job(rgb, width, height, row_pitch_bytes, bytes_per_texel, quality, blocks, 8);
+  const BlockImage image = block_image(rgb, width, height, row_pitch_bytes, bytes_per_texel, quality, blocks, 8);
   if (width == 0 || height == 0) return;
   if (bytes_per_texel == 3) {
-    HWY_DYNAMIC_DISPATCH(encode_rgb)(job);
+    HWY_DYNAMIC_DISPATCH(encode_rgb)(image);
   } else {
-    HWY_DYNAMIC_DISPATCH(encode_rgbx)(job);
+    HWY_DYNAMIC_DISPATCH(encode_rgbx)(image);
   }
 }
 
 void encode_bc3_color(std::span<const std::byte> rgba, std::size_t width, std::size_t height, std::size_t row_pitch_bytes, Quality quality,
                       std::span<std::byte> blocks) {
-  const BlockJob job = block_job(rgba, width, height, row_pitch_bytes, 4, quality, blocks, 16);
+  const BlockImage image = block_image(rgba, width, height, row_pitch_bytes, 4, quality, blocks, 16);
   if (width == 0 || height == 0) return;
-  HWY_DYNAMIC_DISPATCH(encode_bc3_color_halves)(job);
+  HWY_DYNAMIC_DISPATCH(encode_bc3_color_halves)(image);
 }
 
 }  // namespace vt::encode

@@ -62,27 +62,27 @@ struct Alpha8 {
 };
 
 template <class Layout, Quality quality>
-void encode_at(const BlockJob& job) {
+void encode_at(const BlockImage& image) {
   for_each_batch<kMaxLanes, Layout::kTexelBytes, Layout::kBlockBytes>(
-      job,
+      image,
       [](const std::uint8_t* rows, std::size_t pitch, std::uint8_t* blocks) { Layout::template encode<quality>(rows, pitch, blocks); });
 }
 
 template <class Layout>
-void encode(const BlockJob& job) {
-  switch (job.quality) {
+void encode(const BlockImage& image) {
+  switch (image.quality) {
     case Quality::kFast:
-      return encode_at<Layout, Quality::kFast>(job);
+      return encode_at<Layout, Quality::kFast>(image);
     case Quality::kNormal:
-      return encode_at<Layout, Quality::kNormal>(job);
+      return encode_at<Layout, Quality::kNormal>(image);
     case Quality::kBest:
-      return encode_at<Layout, Quality::kBest>(job);
+      return encode_at<Layout, Quality::kBest>(image);
   }
 }
 
-void encode_r16(const BlockJob& job) { encode<R16>(job); }
-void encode_rg16(const BlockJob& job) { encode<Rg16>(job); }
-void encode_alpha8(const BlockJob& job) { encode<Alpha8>(job); }
+void encode_r16(const BlockImage& image) { encode<R16>(image); }
+void encode_rg16(const BlockImage& image) { encode<Rg16>(image); }
+void encode_alpha8(const BlockImage& image) { encode<Alpha8>(image); }
 
 }  // namespace
 }  // namespace vt::encode::HWY_NAMESPACE
@@ -97,20 +97,20 @@ HWY_EXPORT(encode_alpha8);
 
 void encode_bc4_image(std::span<const std::byte> r16, std::size_t width, std::size_t height, std::size_t row_pitch_bytes, Quality quality,
                       std::span<std::byte> blocks) {
-  const BlockJob job = block_job(r16, width, height, row_pitch_bytes, 2, quality, blocks, 8);
-  if (width != 0 && height != 0) HWY_DYNAMIC_DISPATCH(encode_r16)(job);
+  const BlockImage image = block_image(r16, width, height, row_pitch_bytes, 2, quality, blocks, 8);
+  if (width != 0 && height != 0) HWY_DYNAMIC_DISPATCH(encode_r16)(image);
 }
 
 void encode_bc5_image(std::span<const std::byte> rg16, std::size_t width, std::size_t height, std::size_t row_pitch_bytes, Quality quality,
                       std::span<std::byte> blocks) {
-  const BlockJob job = block_job(rg16, width, height, row_pitch_bytes, 4, quality, blocks, 16);
-  if (width != 0 && height != 0) HWY_DYNAMIC_DISPATCH(encode_rg16)(job);
+  const BlockImage image = block_image(rg16, width, height, row_pitch_bytes, 4, quality, blocks, 16);
+  if (width != 0 && height != 0) HWY_DYNAMIC_DISPATCH(encode_rg16)(image);
 }
 
 void encode_bc3_alpha(std::span<const std::byte> rgba, std::size_t width, std::size_t height, std::size_t row_pitch_bytes, Quality quality,
                       std::span<std::byte> blocks) {
-  const BlockJob job = block_job(rgba, width, height, row_pitch_bytes, 4, quality, blocks, 16);
-  if (width != 0 && height != 0) HWY_DYNAMIC_DISPATCH(encode_alpha8)(job);
+  const BlockImage image = block_image(rgba, width, height, row_pitch_bytes, 4, quality, blocks, 16);
+  if (width != 0 && height != 0) HWY_DYNAMIC_DISPATCH(encode_alpha8)(image);
 }
 
 }  // namespace vt::encode

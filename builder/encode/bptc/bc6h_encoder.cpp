@@ -321,9 +321,9 @@ HWY_INLINE void encode_batch(const std::uint8_t* rows, std::size_t pitch, Qualit
   write_blocks(best, blocks);
 }
 
-void encode_halves(const BlockJob& job) {
+void encode_halves(const BlockImage& image) {
   for_each_batch<kMaxLanes, 8, 16>(
-      job, [&job](const std::uint8_t* rows, std::size_t pitch, std::uint8_t* blocks) { encode_batch(rows, pitch, job.quality, blocks); });
+      image, [&image](const std::uint8_t* rows, std::size_t pitch, std::uint8_t* blocks) { encode_batch(rows, pitch, image.quality, blocks); });
 }
 
 }  // namespace
@@ -337,7 +337,7 @@ HWY_EXPORT(encode_halves);
 
 void encode_bc6h_image(std::span<const std::byte> rgba16f, std::size_t width, std::size_t height, std::size_t row_pitch_bytes,
                        Quality quality, std::span<std::byte> blocks) {
-  HWY_DYNAMIC_DISPATCH(encode_halves)(block_job(rgba16f, width, height, row_pitch_bytes, 8, quality, blocks, 16));
+  HWY_DYNAMIC_DISPATCH(encode_halves)(block_image(rgba16f, width, height, row_pitch_bytes, 8, quality, blocks, 16));
 }
 
 }  // namespace vt::encode

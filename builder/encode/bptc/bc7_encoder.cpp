@@ -168,9 +168,9 @@ HWY_INLINE void encode_batch(const std::uint8_t* rows, std::size_t pitch, Qualit
   write_blocks(best, blocks);
 }
 
-void encode_rgba(const BlockJob& job) {
+void encode_rgba(const BlockImage& image) {
   for_each_batch<kMaxLanes, 4, 16>(
-      job, [&job](const std::uint8_t* rows, std::size_t pitch, std::uint8_t* blocks) { encode_batch(rows, pitch, job.quality, blocks); });
+      image, [&image](const std::uint8_t* rows, std::size_t pitch, std::uint8_t* blocks) { encode_batch(rows, pitch, image.quality, blocks); });
 }
 
 }  // namespace
@@ -184,7 +184,7 @@ HWY_EXPORT(encode_rgba);
 
 void encode_bc7_image(std::span<const std::byte> rgba, std::size_t width, std::size_t height, std::size_t row_pitch_bytes, Quality quality,
                       std::span<std::byte> blocks) {
-  HWY_DYNAMIC_DISPATCH(encode_rgba)(block_job(rgba, width, height, row_pitch_bytes, 4, quality, blocks, 16));
+  HWY_DYNAMIC_DISPATCH(encode_rgba)(block_image(rgba, width, height, row_pitch_bytes, 4, quality, blocks, 16));
 }
 
 }  // namespace vt::encode
