@@ -8,9 +8,6 @@
 namespace vt::store {
 namespace {
 
-// About 8 MiB of memory.
-constexpr std::size_t kMaxKnown = 65536;
-
 constexpr std::size_t kSampledWords = 32;
 
 }  // namespace
@@ -37,7 +34,7 @@ bool KnownPayloads::is_claimed(std::uint64_t fingerprint) const {
 }
 
 std::optional<KnownPayload> KnownPayloads::claim(std::uint64_t fingerprint) {
-  if (slots_.size() >= kMaxKnown && !slots_.contains(fingerprint))
+  if (slots_.size() >= kMost && !slots_.contains(fingerprint))
     std::erase_if(slots_, [](const auto& slot) { return !slot.second.is_claimed; });
   Slot& slot = slots_[fingerprint];
   assert(!slot.is_claimed);

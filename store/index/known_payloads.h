@@ -28,6 +28,9 @@ struct KnownPayload {
 
 class KnownPayloads {
  public:
+  static constexpr std::size_t kMost = 65536;
+  static constexpr std::size_t kBytesOfOne = 160;  // with all around it
+
   // A thread that is about to write a payload claims its fingerprint; others with the same one wait until it is released, so that how many
   // records there are does not depend on who was faster. `is_claimed` must be false before a claim, and every claim must be released.
   [[nodiscard]] bool is_claimed(std::uint64_t fingerprint) const;

@@ -4,11 +4,6 @@
 #include <utility>
 
 namespace vt::store {
-namespace {
-
-constexpr std::size_t kMaxCacheBytes = std::size_t{16} << 20;
-
-}  // namespace
 
 Result<Reference> PageCache::find(LayerId layer, TileId tile) {
   VT_ASSIGN(const Page* leaf, page(layer, tile, 0, IfAbsent::kGiveNull));
@@ -123,7 +118,7 @@ Result<void> PageCache::write(Page& page) {
 
 Result<void> PageCache::make_room() {
   auto oldest = by_age_.begin();
-  while (pages_.size() * sizeof(Page) > kMaxCacheBytes && oldest != by_age_.end()) {
+  while (pages_.size() * sizeof(Page) > kMostBytes && oldest != by_age_.end()) {
     Page* victim = *oldest;
     if (victim->cached_children > 0) {
       ++oldest;

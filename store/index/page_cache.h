@@ -19,6 +19,9 @@ namespace vt::store {
 
 class PageCache {
  public:
+  static constexpr std::size_t kMostBytes = std::size_t{16} << 20;
+  static constexpr std::size_t kPageBytes = std::size_t{20} << 10;  // of one page in memory, with all around it
+
   // Where pages come from and go to.
   class Log {
    public:

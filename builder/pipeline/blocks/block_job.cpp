@@ -25,103 +25,6 @@ Result<void> for_each_chunk(const TexelRect& active, const Use& use) {
 
 }  // namespace
 
-// Takes finished rows from the cascade into bands of tiles, one for each part of each level.
-class BlockJob::Output final : public pyramid::RowSink {
- public:
-  Output(BlockJob& job, const Tier& tier, const pyramid::Cascade& cascade)
-      : job_(job),
-        parts_(job.plan_.parts.size()),
-        base_core_(cascade.level(0).core),
-        losses_(tier.base == job.plan_.info.finest ? job.plan_.sampler->codec().losses().size() : 0),
-        has_base_texels_(static_cast<std::size_t>(base_core_.height), false) {
-    const channels::ChannelCodec& codec = job.plan_.sampler->codec();
-    const bool is_measured = !codec.measures().empty();
-    const auto level_of = [&](int k) { return Level{static_cast<std::uint8_t>(tier.base.value - k)}; };
-    for (int k = 0; k < tier.outputs; ++k)
-      references_.emplace_back(job.plan_.info, codec.planes(), level_of(k), is_measured ? cascade.level(k).core : TexelRect{});
-    for (int k = 0; k < tier.outputs; ++k)
-      for (std::size_t part = 0; part < parts_; ++part) {
-        const Level level = level_of(k);
-        const bool is_left_out = level == job.plan_.info.finest ? codec.parts()[part].starts_above_base : codec.parts()[part].ends_at_base;
-        bands_.emplace_back(job.plan_.parts[part], codec, part, job.plan_.compression, job.plan_.request.quality, level,
-                            is_left_out ? TexelRect{} : cascade.level(k).core,
-                            is_measured ? &references_[static_cast<std::size_t>(k)] : nullptr);
-      }
-  }
-
-  void row(int k, std::int64_t y, const channels::RowNeighbourhood& rows) override {
-    if (!status_) return;
-    const InStage stage(job_.clock_, Stage::kQuantise);
-    if (k == 0 && !losses_.empty())
-      job_.plan_.sampler->codec().count_losses(rows.here, rows.opaque, base_core_.width, base_core_.x - job_.plan_.info.data.x,
-                                               y - job_.plan_.info.data.y, losses_);
-    const bool comes_as_texels = k == 0 && has_base_texels_[static_cast<std::size_t>(y - base_core_.y)];
-    // The first part may take such a row before or after the others: the reference is kept for whoever is first.
-    if (!comes_as_texels || parts_ > 1) references_[static_cast<std::size_t>(k)].keep(y, rows.here);
-    for (std::size_t part = 0; part < parts_; ++part) {
-      if (part == 0 && comes_as_texels) continue;
-      encode::TileBand& band = band_of(k, part);
-      if (band.is_empty()) continue;
-      status_ = band.add_row(y, rows);
-      if (!status_) {
-        const int level = band.level().value;
-        status_ = fail(status_.error().code, "layer '" + job_.plan_.parts[part].name + "', level " + std::to_string(level) + ", row " +
-                                                 std::to_string(y) + ": " + status_.error().message);
-        return;
-      }
-      store_finished(band, part);
-      if (!status_) return;
-    }
-  }
-
-  // Of the base, and its first part; see feed_rows().
-  bool expect_texels(std::int64_t y) {
-    has_base_texels_[static_cast<std::size_t>(y - base_core_.y)] = true;
-    return true;
-  }
-  void texels(std::int64_t y, const std::byte* texels, const channels::ConstPlaneRow& planes, bool opaque) {
-    if (!status_) return;
-    const InStage stage(job_.clock_, Stage::kQuantise);
-    references_[0].keep(y, planes);
-    bands_[0].add_texels(y, texels, planes, opaque);
-    store_finished(bands_[0], 0);
-  }
-
-  [[nodiscard]] const Result<void>& status() const { return status_; }
-
-  // Of all tiles of the block: for each level the sums over its parts.
-  [[nodiscard]] BlockQuality quality() const {
-    BlockQuality quality{.levels = {}, .losses = losses_};
-    for (std::size_t i = 0; i < bands_.size(); ++i) {
-      if (i % parts_ == 0)
-        quality.levels.emplace_back(bands_[i].errors().begin(), bands_[i].errors().end());
-      else
-        for (std::size_t m = 0; m < quality.levels.back().size(); ++m) quality.levels.back()[m] += bands_[i].errors()[m];
-    }
-    return quality;
-  }
-
- private:
-  [[nodiscard]] encode::TileBand& band_of(int k, std::size_t part) { return bands_[static_cast<std::size_t>(k) * parts_ + part]; }
-
-  void store_finished(encode::TileBand& band, std::size_t part) {
-    const InStage stage(job_.clock_, Stage::kEncode);
-    status_ = band.take_finished([&](const encode::EncodedTile& tile) {
-      const InStage store(job_.clock_, Stage::kStore);
-      return put_tile(job_.writer_, job_.ids_.parts[part], tile, job_.counts_);
-    });
-  }
-
-  BlockJob& job_;
-  std::size_t parts_;
-  TexelRect base_core_;
-  LossCounts losses_;                              // of the base, when it is the finest level
-  std::vector<bool> has_base_texels_;              // by row of the core
-  std::vector<encode::ReferenceRows> references_;  // by level, for the bands of all parts
-  std::vector<encode::TileBand> bands_;            // the parts of the base, those of the next coarser level, ...
-  Result<void> status_;
-};
-
 BlockJob::BlockJob(const LayerPlan& plan, const WorkMap& work, const LayerIds& ids, store::StoreWriter& writer, bool timed)
     : plan_(plan), work_(work), ids_(ids), writer_(writer), marks_(writer, ids.marks), clock_(timed) {}
 
@@ -142,7 +45,7 @@ Result<void> BlockJob::run(std::size_t tier_index, std::int64_t index, const std
       pyramid::make_cascade(work_.plan_block(tier_index, index), plan_.shape(), tier.outputs, plan_.sampler->codec(), plan_.kernel,
                             plan_.info.tile_exponent, area_exponent(plan_));
   pyramid::Cascade& cascade = *made;
-  Output output(*this, tier, cascade);
+  TileOutput output({plan_, ids_, writer_, counts_, clock_}, tier, cascade);
   start_content();
   if (tier_index == 0) {
     VT_CHECK(feed_from_sources(cascade, output, progress, cancel));
@@ -176,7 +79,7 @@ Result<store::ContentHash> BlockJob::source_hash(std::int64_t index) {
   return content_.digest();
 }
 
-Result<void> BlockJob::feed_from_sources(pyramid::Cascade& cascade, Output& output, const std::function<void(std::uint64_t)>& progress,
+Result<void> BlockJob::feed_from_sources(pyramid::Cascade& cascade, TileOutput& output, const std::function<void(std::uint64_t)>& progress,
                                          const std::atomic<bool>* cancel) {
   const TexelRect active = cascade.level(0).active;
   const TexelRect core = cascade.level(0).core;
@@ -217,7 +120,7 @@ Result<void> BlockJob::load_carry_band(std::size_t tier, std::int64_t tile_row) 
   return {};
 }
 
-Result<void> BlockJob::feed_from_carry(std::size_t tier, pyramid::Cascade& cascade, Output& output, const std::atomic<bool>* cancel) {
+Result<void> BlockJob::feed_from_carry(std::size_t tier, pyramid::Cascade& cascade, TileOutput& output, const std::atomic<bool>* cancel) {
   const TexelRect active = cascade.level(0).active;
   const int exponent = plan_.info.tile_exponent;
   carry_columns_ = pyramid::carry_columns(cascade.level(0), exponent);

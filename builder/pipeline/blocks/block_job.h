@@ -8,10 +8,10 @@
 #include <memory>
 #include <vector>
 
-#include "builder/encode/tile_band.h"
 #include "builder/pipeline/blocks/block_marks.h"
 #include "builder/pipeline/blocks/build_stats.h"
 #include "builder/pipeline/blocks/put_tile.h"
+#include "builder/pipeline/blocks/tile_output.h"
 #include "builder/pipeline/plan/layer_plan.h"
 #include "builder/pipeline/plan/work_map.h"
 #include "builder/pipeline/plan/wrapped_chunk.h"
@@ -20,15 +20,6 @@
 #include "store/store_writer.h"
 
 namespace vt::pipeline {
-
-struct LayerIds {
-  std::vector<LayerId> parts;  // as plan.parts
-  LayerId carry;               // meaningful when a tier has carry
-  LayerId marks;
-  LayerId quality;
-
-  [[nodiscard]] LayerId texture() const { return parts.front(); }
-};
 
 class BlockJob {
  public:
@@ -47,12 +38,11 @@ class BlockJob {
   [[nodiscard]] StageClock& clock() { return clock_; }
 
  private:
-  class Output;
   void start_content();
   [[nodiscard]] Result<void> put_blob(LayerId layer, TileId tile, std::span<const std::byte> bytes);
-  [[nodiscard]] Result<void> feed_from_sources(pyramid::Cascade& cascade, Output& output,
+  [[nodiscard]] Result<void> feed_from_sources(pyramid::Cascade& cascade, TileOutput& output,
                                                const std::function<void(std::uint64_t)>& progress, const std::atomic<bool>* cancel);
-  [[nodiscard]] Result<void> feed_from_carry(std::size_t tier, pyramid::Cascade& cascade, Output& output, const std::atomic<bool>* cancel);
+  [[nodiscard]] Result<void> feed_from_carry(std::size_t tier, pyramid::Cascade& cascade, TileOutput& output, const std::atomic<bool>* cancel);
   [[nodiscard]] Result<void> load_carry_band(std::size_t tier, std::int64_t tile_row);
 
   const LayerPlan& plan_;

@@ -13,22 +13,19 @@
 #include "builder/pyramid/halve_planes.h"
 #include "builder/pyramid/plane_rows.h"
 #include "builder/pyramid/reduce_rows.h"
+#include "builder/source/cells/block_cache.h"
+#include "builder/source/files/file_pool.h"
 #include "store/codec/codec.h"
+#include "store/index/known_payloads.h"
+#include "store/index/page_cache.h"
 
 namespace vt::pipeline {
 namespace {
 
 constexpr std::size_t kMebibyte = std::size_t{1} << 20;
 
-constexpr std::size_t kSourceBytes = 4096;         // one open source without its samples, measured on 10,000 GeoTIFFs
-constexpr std::size_t kDecoderBytes = 96 << 10;    // an idle TIFF decoder without the stored block in it
-constexpr std::size_t kMostIdleDecoders = 32;      // of source::FilePool
-constexpr std::size_t kBlockHashBytes = 128;       // of a remembered block of a file
-constexpr std::size_t kMostBlockHashes = 1 << 16;  // of source::BlockCache
-constexpr std::size_t kIndexPageBytes = 20 << 10;  // a page of the store's index in memory
-constexpr std::size_t kMostIndexBytes = 16 << 20;  // of all pages
-constexpr std::size_t kSharedValueBytes = 160;     // a constant value in the store's table
-constexpr std::size_t kMostSharedValues = 1 << 16;
+constexpr std::size_t kSourceBytes = 4096;       // one open source without its samples, measured on 10,000 GeoTIFFs
+constexpr std::size_t kDecoderBytes = 96 << 10;  // an idle TIFF decoder without the stored block in it
 constexpr std::size_t kBlockListBytes = 32;      // of a block in the lists of what is to be done
 constexpr std::size_t kThreadBytes = 256 << 10;  // stack in use, the allocator's own
 
@@ -150,10 +147,11 @@ std::size_t worker_bytes(const LayerPlan& plan, int levels) {
 
 std::size_t sources_bytes(const SourceLoad& load, std::size_t cache_bytes, int threads) {
   // Each thread's own is counted with the thread; those of other files stay for a while.
-  const std::size_t decoders = std::min(kMostIdleDecoders, (std::max<std::size_t>(load.count, 1) - 1) * static_cast<std::size_t>(threads));
-  const auto hashes = static_cast<std::size_t>(std::min<std::uint64_t>(kMostBlockHashes, load.file_blocks));
+  const std::size_t decoders =
+      std::min(source::FilePool::kMostIdleReaders, (std::max<std::size_t>(load.count, 1) - 1) * static_cast<std::size_t>(threads));
+  const auto hashes = static_cast<std::size_t>(std::min<std::uint64_t>(source::BlockCache::kMostHashes, load.file_blocks));
   return load.count * kSourceBytes + static_cast<std::size_t>(std::min<std::uint64_t>(cache_bytes, load.sample_bytes)) +
-         decoders * (kDecoderBytes + load.stored_block_bytes) + hashes * kBlockHashBytes;
+         decoders * (kDecoderBytes + load.stored_block_bytes) + hashes * source::BlockCache::kBytesOfHash;
 }
 
 std::size_t store_bytes(const LayerPlan& plan, int levels) {
@@ -172,9 +170,9 @@ std::size_t store_bytes(const LayerPlan& plan, int levels) {
   constexpr std::uint64_t kHelpers = 3;
   const std::uint64_t pages =
       tiles / 512 + kHelpers * blocks / 512 + (plan.parts.size() + kHelpers) * static_cast<std::uint64_t>(plan.info.finest.value + 1);
-  const auto index = static_cast<std::size_t>(std::min<std::uint64_t>(kMostIndexBytes, pages * kIndexPageBytes));
-  const auto values = static_cast<std::size_t>(std::min<std::uint64_t>(kMostSharedValues, tiles + blocks));
-  return index + values * kSharedValueBytes + static_cast<std::size_t>(blocks) * kBlockListBytes;
+  const auto index = static_cast<std::size_t>(std::min<std::uint64_t>(store::PageCache::kMostBytes, pages * store::PageCache::kPageBytes));
+  const auto values = static_cast<std::size_t>(std::min<std::uint64_t>(store::KnownPayloads::kMost, tiles + blocks));
+  return index + values * store::KnownPayloads::kBytesOfOne + static_cast<std::size_t>(blocks) * kBlockListBytes;
 }
 
 std::string mebibytes(std::size_t bytes) { return std::to_string((bytes + kMebibyte - 1) / kMebibyte) + "M"; }

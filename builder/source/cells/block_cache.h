@@ -28,10 +28,13 @@ struct BlockKey {
 class BlockCache {
  public:
   // At most `budget_bytes` of decoded blocks plus the one most recently used.
-  explicit BlockCache(std::size_t budget_bytes) : budget_bytes_(budget_bytes), blocks_(budget_bytes), hashes_(kHashes) {}
+  explicit BlockCache(std::size_t budget_bytes) : budget_bytes_(budget_bytes), blocks_(budget_bytes), hashes_(kMostHashes) {}
 
   [[nodiscard]] std::size_t budget_bytes() const { return budget_bytes_; }
   // A number of its own for every source, so that their blocks are not mistaken for one another.
+  static constexpr std::size_t kMostHashes = std::size_t{1} << 16;
+  static constexpr std::size_t kBytesOfHash = 128;  // of one that is remembered, with all around it
+
   [[nodiscard]] std::uint64_t add_source() { return next_source_.fetch_add(1, std::memory_order_relaxed); }
 
   [[nodiscard]] Result<BlockPtr> get(const BlockKey& key, const std::function<Result<Block>()>& decode);
@@ -44,7 +47,6 @@ class BlockCache {
   }
 
  private:
-  static constexpr std::size_t kHashes = std::size_t{1} << 16;  // about 8 MiB
   struct KeyHash {
     std::size_t operator()(const BlockKey& key) const {
       return static_cast<std::size_t>((key.source * 0x9E3779B97F4A7C15U ^ key.block) * 0xD6E8FEB86659FD93U >> 7);

@@ -10,9 +10,6 @@
 namespace vt::source {
 namespace {
 
-// Some of them hold a descriptor of their own.
-constexpr std::size_t kMostIdleReaders = 32;
-
 void close_each(const std::vector<int>& descriptors) {
   for (const int descriptor : descriptors) ::close(descriptor);
 }

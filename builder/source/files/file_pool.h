@@ -15,6 +15,8 @@ class FileBytes;
 
 class FilePool {
  public:
+  static constexpr std::size_t kMostIdleReaders = 32;  // some of them hold a descriptor of their own
+
   // 0: as many as default_limit() says.
   explicit FilePool(std::size_t most_descriptors = 0);
   FilePool(const FilePool&) = delete;
