@@ -2,15 +2,11 @@
 #pragma once
 
 #include <cstdint>
-#include <optional>
-#include <span>
-#include <string_view>
-
-#include "store/texel_format.h"
 
 namespace vt {
 
-// Numbers are on disk. Append; never renumber, never reuse.
+// The registered numbers, which are on disk. Append; never renumber, never reuse. A store may hold others, of newer programs or from
+// kFirstPrivateChannel on: any number is a valid ChannelType. What is known of each is builder/channels/all_channels.h's to say.
 enum class ChannelType : std::uint16_t {
   kColor = 1,
   kNormal = 2,
@@ -28,17 +24,7 @@ enum class Transfer : std::uint8_t {
   kSrgb = 1,    // IEC 61966-2-1
 };
 
-struct ChannelInfo {
-  ChannelType type;
-  std::string_view name;  // as on the command line
-  std::string_view unit;  // "" where there is none
-  TexelFormat default_format;
-  std::string_view combine_rule;  // one phrase for people
-};
-
-[[nodiscard]] std::span<const ChannelInfo> all_channels();
-[[nodiscard]] const ChannelInfo& channel_info(ChannelType type);
-[[nodiscard]] std::optional<ChannelType> channel_from_number(std::uint16_t number);
-[[nodiscard]] std::optional<ChannelType> channel_from_name(std::string_view name);
+// Numbers from here on are for channels of one's own: nobody registers them, and two programs may use one number for two things.
+inline constexpr std::uint16_t kFirstPrivateChannel = 0x8000;
 
 }  // namespace vt

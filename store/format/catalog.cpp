@@ -42,8 +42,6 @@ std::string description_fault(const StoreDescription& description) {
 std::string layer_fault(const LayerInfo& info) {
   if (info.id.value >= kMaxLayers) return "id " + number(info.id.value) + " is over 4095";
   if (!is_name(info.name)) return "a name is 1 to 63 bytes of UTF-8 without control characters and without characters that reorder text";
-  if (!channel_from_number(static_cast<std::uint16_t>(info.channel)))
-    return "channel type " + number(static_cast<int>(info.channel)) + " is not known";
   if (!format_from_number(static_cast<std::uint16_t>(info.format)))
     return "texel format " + number(static_cast<int>(info.format)) + " is not known";
   if (info.transfer != Transfer::kLinear && info.transfer != Transfer::kSrgb)

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "builder/channels/all_channels.h"
 #include "builder/channels/codec/channel_codec.h"
 #include "tests/channels/row_fixture.h"
 

@@ -1,9 +1,11 @@
+#include "builder/channels/horizon/horizon.h"
+
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <random>
 
-#include "builder/channels/codec/channel_makers.h"
+#include "builder/channels/all_channels.h"
 #include "builder/channels/horizon/horizon_input.h"
 #include "builder/channels/horizon/lit_fraction.h"
 #include "builder/channels/shared/angle.h"
@@ -15,7 +17,7 @@ namespace {
 constexpr double kDeg = kRadiansPerDegree;
 
 MadeCodec try_codec(TexelFormat format, const SampleLayout& layout, const Options& options = {}) {
-  return make_horizon_codec({.channel = ChannelType::kHorizon, .format = format, .options = options}, layout);
+  return kHorizonKind.make({.channel = ChannelType::kHorizon, .format = format, .options = options}, layout);
 }
 
 std::unique_ptr<const ChannelCodec> codec_for(TexelFormat format, const SampleLayout& layout, const Options& options = {}) {

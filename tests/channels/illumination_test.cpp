@@ -3,7 +3,7 @@
 #include <cmath>
 #include <limits>
 
-#include "builder/channels/codec/channel_makers.h"
+#include "builder/channels/all_channels.h"
 #include "store/texel/texel_decoder.h"
 #include "tests/channels/row_fixture.h"
 

@@ -1,17 +1,18 @@
+#include "builder/channels/mask/mask.h"
+
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <limits>
 #include <random>
 
-#include "builder/channels/codec/channel_makers.h"
 #include "tests/channels/row_fixture.h"
 
 namespace vt::channels {
 namespace {
 
 std::unique_ptr<const ChannelCodec> mask(const SampleLayout& layout, TexelFormat format = TexelFormat::kR8, const Options& options = {}) {
-  auto codec = make_mask_codec({.channel = ChannelType::kMask, .format = format, .options = options}, layout);
+  auto codec = kMaskKind.make({.channel = ChannelType::kMask, .format = format, .options = options}, layout);
   EXPECT_TRUE(codec.has_value()) << (codec ? "" : codec.error().message);
   return std::move(*codec);
 }
@@ -107,7 +108,7 @@ TEST(MaskCodec, AlphaTestsKeepThePlainMeanBeside) {
 
 TEST(MaskCodec, RefusesWhatItCannotMean) {
   const auto refused = [](TexelFormat format, const SampleLayout& layout, const Options& options) {
-    const auto codec = make_mask_codec({.channel = ChannelType::kMask, .format = format, .options = options}, layout);
+    const auto codec = kMaskKind.make({.channel = ChannelType::kMask, .format = format, .options = options}, layout);
     EXPECT_FALSE(codec.has_value());
     return codec ? std::string() : codec.error().message;
   };

@@ -7,7 +7,7 @@
 #include <random>
 #include <span>
 
-#include "builder/channels/codec/channel_makers.h"
+#include "builder/channels/all_channels.h"
 #include "tests/channels/row_fixture.h"
 
 namespace vt::channels {

@@ -1,3 +1,5 @@
+#include "builder/channels/normal/normal.h"
+
 #include <gtest/gtest.h>
 
 #include <bit>
@@ -6,7 +8,6 @@
 #include <numbers>
 #include <random>
 
-#include "builder/channels/codec/channel_makers.h"
 #include "builder/channels/normal/normal_moments.h"
 #include "builder/channels/normal/normal_rows.h"
 #include "builder/channels/shared/angle.h"
@@ -18,13 +19,13 @@ namespace {
 using Vec3 = std::array<double, 3>;
 
 std::unique_ptr<const ChannelCodec> codec_for(TexelFormat format, const SampleLayout& layout, const Options& options = {}) {
-  auto codec = make_normal_codec({.channel = ChannelType::kNormal, .format = format, .options = options}, layout);
+  auto codec = kNormalKind.make({.channel = ChannelType::kNormal, .format = format, .options = options}, layout);
   EXPECT_TRUE(codec.has_value()) << (codec ? "" : codec.error().message);
   return codec ? std::move(*codec) : nullptr;
 }
 
 std::string refusal(TexelFormat format, const SampleLayout& layout, const Options& options = {}) {
-  auto codec = make_normal_codec({.channel = ChannelType::kNormal, .format = format, .options = options}, layout);
+  auto codec = kNormalKind.make({.channel = ChannelType::kNormal, .format = format, .options = options}, layout);
   return codec ? "" : codec.error().message;
 }
 

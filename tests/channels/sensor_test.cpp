@@ -4,7 +4,7 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 
-#include "builder/channels/codec/channel_makers.h"
+#include "builder/channels/all_channels.h"
 #include "builder/channels/sensor/planck.h"
 #include "store/texel/texel_decoder.h"
 #include "tests/channels/row_fixture.h"

@@ -6,7 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <random>
 
-#include "builder/channels/codec/channel_makers.h"
+#include "builder/channels/all_channels.h"
 #include "builder/channels/sensor/symmetric_eigen.h"
 #include "store/texel/texel_decoder.h"
 #include "tests/channels/row_fixture.h"

@@ -1,8 +1,8 @@
-#include "tools/cli/class_names.h"
+#include "tools/vtinspect/class_names.h"
 
 #include <gtest/gtest.h>
 
-namespace vt::cli {
+namespace vt::inspect {
 namespace {
 
 using Color = std::array<std::uint8_t, 3>;
@@ -49,4 +49,4 @@ TEST(ClassTable, WhatIsNoTableIsLeftOut) {
 }
 
 }  // namespace
-}  // namespace vt::cli
+}  // namespace vt::inspect

@@ -20,9 +20,10 @@ using Value = std::function<double(std::int64_t, std::int64_t, int)>;
 class VtinspectRaster : public VtinspectTest, public testing::WithParamInterface<Case> {
  protected:
   void build(const Case& c) const {
-    std::vector<std::string> arguments{"layer",      "in.tif", "-o",     "s.vts", "--channel", std::string(channel_info(c.channel).name),
-                                       "--kernel",   c.kernel, "--tile", "64",    "--threads", "1",
-                                       "--progress", "none"};
+    std::vector<std::string> arguments{
+        "layer",      "in.tif", "-o",     "s.vts", "--channel", std::string(channels::kind_of(c.channel).name),
+        "--kernel",   c.kernel, "--tile", "64",    "--threads", "1",
+        "--progress", "none"};
     if (c.format) arguments.insert(arguments.end(), {"--format", std::string(format_info(*c.format).name)});
     for (const auto& [name, value] : c.options) {
       const bool is_file = name == "basis";
@@ -33,7 +34,7 @@ class VtinspectRaster : public VtinspectTest, public testing::WithParamInterface
     const Outcome built = run_program(VT_VTBUILD, arguments, directory_.path());
     ASSERT_EQ(built.exit_code, 0) << built.err;
   }
-  [[nodiscard]] std::string layer_of(const Case& c) const { return std::string(channel_info(c.channel).name); }
+  [[nodiscard]] std::string layer_of(const Case& c) const { return std::string(channels::kind_of(c.channel).name); }
   nlohmann::json compare(const std::string& raster, const std::string& layer, int exit_code) const {
     SCOPED_TRACE(raster);
     return run_json("vtinspect-compare", {"compare", "s.vts", raster, "--layer", layer, "--progress", "none"}, exit_code);

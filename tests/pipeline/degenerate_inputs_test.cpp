@@ -4,6 +4,7 @@
 // A channel joins with one row in kinds().
 #include <gtest/gtest.h>
 
+#include "builder/channels/all_channels.h"
 #include "store/validate.h"
 #include "tests/pipeline/level_values.h"
 #include "tests/pipeline/small_builds.h"
@@ -188,7 +189,7 @@ void expect_no_infinity(const store::StoreReader& reader, const std::string& wha
 // numbers can say so.
 void expect_holes_as_in(const store::StoreReader& reader, const Kind& kind,
                         const std::function<double(std::int64_t, std::int64_t)>& value) {
-  const LayerInfo& layer = *reader.find_layer(channel_info(kind.channel).name);
+  const LayerInfo& layer = *reader.find_layer(channels::kind_of(kind.channel).name);
   const bool says_void = layer.zero_is_nodata || layer.format == TexelFormat::kR32Float || layer.format == TexelFormat::kR16Float;
   for (int level = 0; level <= layer.finest.value; ++level) {
     const LevelValues values(reader, layer, Level{static_cast<std::uint8_t>(level)});
@@ -234,7 +235,7 @@ TEST(DegenerateInputs, OneTexelOfDataIsSeenInEveryLevel) {
       const double value = kind.high;
       const auto reader = built(kind, size, [&](std::int64_t x, std::int64_t y) { return x == at_x && y == at_y ? value : *kind.nodata; });
       ASSERT_TRUE(reader.has_value()) << kind.name << ": " << reader.error().message;
-      const LayerInfo& layer = *reader->find_layer(channel_info(kind.channel).name);
+      const LayerInfo& layer = *reader->find_layer(channels::kind_of(kind.channel).name);
       for (int level = 0; level <= layer.finest.value; ++level) {
         const LevelValues values(*reader, layer, Level{static_cast<std::uint8_t>(level)});
         const int steps = layer.finest.value - level;
@@ -250,7 +251,7 @@ TEST(DegenerateInputs, AConstantStaysConstant) {
       const double value = kind.high;
       const auto reader = built(kind, size, [&](std::int64_t, std::int64_t) { return value; });
       ASSERT_TRUE(reader.has_value()) << kind.name << ": " << reader.error().message;
-      const LayerInfo& layer = *reader->find_layer(channel_info(kind.channel).name);
+      const LayerInfo& layer = *reader->find_layer(channels::kind_of(kind.channel).name);
       // A block that reaches past the data has two coverages to say besides, and may spend a code or two of colour on them.
       const double slack = format_info(layer.format).block_edge == 4 ? 2.0 : 0.0;
       const double first = LevelValues(*reader, layer, layer.finest).at(0, 0);
@@ -300,7 +301,7 @@ TEST(DegenerateInputs, DenormalsAreNumbers) {
     const auto reader =
         built(kind, {65, 63}, [](std::int64_t, std::int64_t) { return static_cast<double>(std::numeric_limits<float>::denorm_min()); });
     ASSERT_TRUE(reader.has_value()) << kind.name << ": " << reader.error().message;
-    const LayerInfo& layer = *reader->find_layer(channel_info(kind.channel).name);
+    const LayerInfo& layer = *reader->find_layer(channels::kind_of(kind.channel).name);
     for (int level = 0; level <= layer.finest.value; ++level) {
       const LevelValues values(*reader, layer, Level{static_cast<std::uint8_t>(level)});
       EXPECT_NEAR(values.at(values.width() / 2, values.height() / 2), 0.0, 1e-37) << kind.name;

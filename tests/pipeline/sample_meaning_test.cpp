@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "builder/channels/all_channels.h"
 #include "store/store_reader.h"
 #include "tests/pipeline/level_values.h"
 #include "tests/pipeline/small_builds.h"
@@ -147,7 +148,7 @@ TEST_F(SampleMeaning, CoverageOfEveryKindReachesEveryChannel) {
   int checked = 0;
   for (const Kind& kind : kinds)
     for (const std::string how : {"mask inside", "mask beside", "alpha band", "band that is named"}) {
-      SCOPED_TRACE(std::string(channel_info(kind.channel).name) + ", " + how);
+      SCOPED_TRACE(std::string(channels::kind_of(kind.channel).name) + ", " + how);
       const bool in_bands = how == "alpha band" || how == "band that is named";
       std::vector<float> samples;
       for (std::size_t i = 0; i < kCount; ++i) {

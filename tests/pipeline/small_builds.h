@@ -11,6 +11,7 @@
 #include <random>
 #include <vector>
 
+#include "builder/channels/all_channels.h"
 #include "builder/pipeline/blocks/dataset_store.h"
 #include "builder/pipeline/build/layer_build.h"
 #include "builder/pipeline/plan/layer_plan.h"
@@ -93,7 +94,7 @@ inline void write_raster(const std::filesystem::path& path, const RasterSpec& sp
 inline LayerRequest request_for(const std::vector<std::filesystem::path>& inputs, ChannelType channel) {
   LayerRequest request;
   request.channel = channel;
-  request.name = channel_info(channel).name;
+  request.name = channels::kind_of(channel).name;
   for (const auto& input : inputs) request.sources.push_back({.path = input});
   request.tile_texels = 32;
   return request;

@@ -8,6 +8,7 @@
 #include <map>
 #include <random>
 
+#include "builder/channels/all_channels.h"
 #include "builder/resample/base_sampler.h"
 #include "builder/resample/grid/footprint.h"
 #include "tests/resample/memory_source.h"

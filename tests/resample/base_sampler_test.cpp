@@ -5,6 +5,7 @@
 #include <cstring>
 #include <random>
 
+#include "builder/channels/all_channels.h"
 #include "tests/resample/memory_source.h"
 
 namespace vt::resample {

@@ -168,17 +168,5 @@ TEST(TexelFormat, EveryFormatIsFoundByNumberAndByName) {
   EXPECT_EQ(payload_bytes(format_info(TexelFormat::kRgba32Float), 4096, 4096), std::size_t{256} << 20);
 }
 
-TEST(Channel, EveryTypeIsFoundByNumberAndByName) {
-  EXPECT_EQ(all_channels().size(), 8U);
-  for (const ChannelInfo& info : all_channels()) {
-    EXPECT_EQ(&channel_info(info.type), &info);
-    EXPECT_EQ(channel_from_name(info.name), info.type);
-    EXPECT_EQ(channel_from_number(static_cast<std::uint16_t>(info.type)), info.type);
-  }
-  EXPECT_EQ(channel_from_number(0), std::nullopt);
-  EXPECT_EQ(channel_from_number(9), std::nullopt);
-  EXPECT_EQ(channel_from_name("colour"), std::nullopt);
-}
-
 }  // namespace
 }  // namespace vt

@@ -4,7 +4,7 @@
 #include <nlohmann/json.hpp>
 #include <system_error>
 
-#include "builder/channels/codec/channel_options.h"
+#include "builder/channels/all_channels.h"
 #include "builder/pipeline/request/scene_file.h"
 #include "builder/text/json_text.h"
 #include "tools/vtbuild/recipe.h"
@@ -81,9 +81,8 @@ Result<pipeline::LayerRequest> request_from_settings(const LayerInfo& layer, con
   const Json none = Json::object();
   const Json& options = settings.is_object() && settings.contains("options") ? settings["options"] : none;
   for (const auto& [name, value] : options.items()) {
-    const bool is_file = std::ranges::any_of(channels::all_options(), [&](const channels::OptionInfo& info) {
-      return info.channel == layer.channel && info.name == name && info.is_file;
-    });
+    const channels::OptionInfo* const option = channels::kind_of(layer.channel).find_option(name);
+    const bool is_file = option != nullptr && option->is_file;
     // A table of classes names them and changes none.
     if (is_file && name == "classes") continue;
     if (is_file)

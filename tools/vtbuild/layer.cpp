@@ -6,6 +6,7 @@
 #include <memory>
 #include <utility>
 
+#include "builder/channels/all_channels.h"
 #include "builder/pipeline/blocks/dataset_store.h"
 #include "builder/pipeline/request/input_list.h"
 #include "builder/pipeline/request/option_files.h"
@@ -46,19 +47,30 @@ std::string names_of(const List& list) {
   return names;
 }
 
+std::string channel_names() {
+  std::string names;
+  for (const channels::ChannelKind* const kind : channels::all_channels()) names += (names.empty() ? "" : ", ") + std::string(kind->name);
+  return names;
+}
+
 // One flag for each option of each channel; several channels may have one of the same name.
 void add_channel_options(CLI::App& command, channels::Options& options) {
-  std::map<std::string, std::vector<const channels::OptionInfo*>> by_name;
-  for (const channels::OptionInfo& option : channels::all_options())
-    if (option.name != "alpha") by_name[std::string(option.name)].push_back(&option);  // see --alpha
-  for (const auto& [name, infos] : by_name) {
+  struct Use {
+    const channels::ChannelKind* kind;
+    const channels::OptionInfo* option;
+  };
+  std::map<std::string, std::vector<Use>> by_name;
+  for (const channels::ChannelKind* const kind : channels::all_channels())
+    for (const channels::OptionInfo& option : kind->options)
+      if (option.name != "alpha") by_name[std::string(option.name)].push_back({kind, &option});  // see --alpha
+  for (const auto& [name, uses] : by_name) {
     std::string group = "Options of";
     std::string help;
-    for (const channels::OptionInfo* info : infos) {
-      group += " " + std::string(channel_info(info->channel).name);
-      help += (help.empty() ? "" : "; ") + std::string(info->help);
+    for (const Use& use : uses) {
+      group += " " + std::string(use.kind->name);
+      help += (help.empty() ? "" : "; ") + std::string(use.option->help);
     }
-    command.add_option("--" + name, options[name], help)->type_name(std::string(infos.front()->values))->group(group + " layers");
+    command.add_option("--" + name, options[name], help)->type_name(std::string(uses.front().option->values))->group(group + " layers");
   }
 }
 
@@ -95,9 +107,9 @@ Result<pipeline::CoverageChoice> coverage_from(const std::string& text, channels
 
 Result<pipeline::LayerRequest> request_from(const LayerFlags& flags, const std::optional<pipeline::DatasetFrame>& frame) {
   pipeline::LayerRequest request;
-  const auto channel = channel_from_name(flags.channel);
-  if (!channel) return fail(ErrorCode::kUsage, "unknown channel '" + flags.channel + "'; known are " + names_of(all_channels()));
-  request.channel = *channel;
+  const channels::ChannelKind* const channel = channels::find_channel(flags.channel);
+  if (channel == nullptr) return fail(ErrorCode::kUsage, "unknown channel '" + flags.channel + "'; known are " + channel_names());
+  request.channel = channel->type;
   request.name = flags.name.empty() ? flags.channel : flags.name;
   if (!flags.format.empty()) {
     request.format = format_from_name(flags.format);
@@ -199,7 +211,7 @@ CLI::App* add_command(CLI::App& app, const std::shared_ptr<LayerFlags>& flags) {
                    "text file lists, one a line; later ones lie over earlier ones")
       ->required();
   command->add_option("-o,--output", flags->output, "the store, suffix .vts")->required();
-  command->add_option("--channel", flags->channel, "what the values mean: " + names_of(all_channels()))->required();
+  command->add_option("--channel", flags->channel, "what the values mean: " + channel_names())->required();
   command->add_option("--name", flags->name, "name of the layer (default: the channel's)");
   command->add_option("--kernel", flags->kernel,
                       "filter from level to level: " + names_of(pyramid::all_kernels()) +

@@ -5,6 +5,7 @@
 #include <numeric>
 #include <string>
 
+#include "builder/channels/all_channels.h"
 #include "builder/pipeline/build/build_memory.h"
 #include "builder/pipeline/build/plan_cost.h"
 #include "store/format/layout.h"
@@ -42,7 +43,7 @@ Json layer_json(const pipeline::LayerPlan& plan, int block_levels, const PlanCon
   const Area area = plan.extent();
   Json json;
   json["name"] = info.name;
-  json["channel"] = channel_info(info.channel).name;
+  json["channel"] = channels::channel_name(info.channel);
   json["format"] = format_info(info.format).name;
   json["kernel"] = plan.kernel.name;
   json["compression"] = plan.request.compression;

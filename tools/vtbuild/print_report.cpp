@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "builder/channels/all_channels.h"
 #include "tools/cli/cli_support.h"
 
 namespace vt::tools {
@@ -43,7 +44,7 @@ void print_stats(const BuildReport& report) {
 std::string layer_line(const pipeline::LayerPlan& plan) {
   const LayerInfo& info = plan.info;
   return fmt::format("layer {}: {} as {}, {} x {} texels, {} levels, tiles of {}, kernel {}, {}", info.name,
-                     channel_info(info.channel).name, format_info(info.format).name, info.data.width, info.data.height,
+                     channels::channel_name(info.channel), format_info(info.format).name, info.data.width, info.data.height,
                      info.finest.value + 1, info.tile_texels(), plan.kernel.name, plan.request.compression);
 }
 
@@ -70,7 +71,7 @@ void print_report(const pipeline::LayerPlan& plan, const BuildReport& report, bo
 nlohmann::ordered_json report_json(const pipeline::LayerPlan& plan, const BuildReport& report, bool with_stats) {
   nlohmann::ordered_json json;
   json["name"] = plan.info.name;
-  json["channel"] = channel_info(plan.info.channel).name;
+  json["channel"] = channels::channel_name(plan.info.channel);
   json["format"] = format_info(plan.info.format).name;
   json["kernel"] = plan.kernel.name;
   json["compression"] = plan.request.compression;

@@ -36,11 +36,11 @@ nlohmann::ordered_json level_json(const LayerDifference& layer, const LevelDiffe
       {"data_only_in_first", level.data_only_in_first},
       {"data_only_in_second", level.data_only_in_second},
       {"misfits", level.misfits},
-      {"max_error", level.values.max()},
+      {"max_error", level.values.largest},
       {"mean_error", level.values.mean()},
-      {"rms_error", level.values.rms()},
-      {"psnr_codes_db", layer.is_byte_format ? number_or_null(level.values.psnr(255.0)) : nullptr},
-      {"psnr_linear_db", layer.is_srgb ? number_or_null(level.linear.psnr(1.0)) : nullptr},
+      {"rms_error", level.values.root_mean_square()},
+      {"psnr_codes_db", layer.is_byte_format ? number_or_null(psnr_of(level.values, 255.0)) : nullptr},
+      {"psnr_linear_db", layer.is_srgb ? number_or_null(psnr_of(level.linear, 1.0)) : nullptr},
       {"measured", nlohmann::ordered_json::array()},
   };
   for (const MeasuredError& measured : level.measured) json["measured"].push_back(measured_json(measured));
@@ -81,11 +81,11 @@ std::string level_table(const LayerDifference& layer) {
     const auto decibels = [](bool applies, const std::optional<double>& psnr) {
       return !applies ? std::string("-") : psnr ? fmt::format("{:.2f} dB", *psnr) : std::string("no error");
     };
-    text +=
-        fmt::format(fmt::runtime(kRow), level.level, level.tiles, level.differing_tiles, level.only_in_first, level.only_in_second,
-                    level.differing_texels, level.data_only_in_first, level.data_only_in_second, fmt::format("{:.6g}", level.values.max()),
-                    fmt::format("{:.6g}", level.values.mean()), fmt::format("{:.6g}", level.values.rms()),
-                    decibels(layer.is_byte_format, level.values.psnr(255.0)), decibels(layer.is_srgb, level.linear.psnr(1.0)));
+    text += fmt::format(fmt::runtime(kRow), level.level, level.tiles, level.differing_tiles, level.only_in_first, level.only_in_second,
+                        level.differing_texels, level.data_only_in_first, level.data_only_in_second,
+                        fmt::format("{:.6g}", level.values.largest), fmt::format("{:.6g}", level.values.mean()),
+                        fmt::format("{:.6g}", level.values.root_mean_square()),
+                        decibels(layer.is_byte_format, psnr_of(level.values, 255.0)), decibels(layer.is_srgb, psnr_of(level.linear, 1.0)));
   }
   return text;
 }

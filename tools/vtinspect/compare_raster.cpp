@@ -14,6 +14,7 @@
 #include <optional>
 #include <vector>
 
+#include "builder/channels/all_channels.h"
 #include "builder/channels/samples/nodata.h"
 #include "builder/channels/samples/read_samples.h"
 #include "builder/pipeline/plan/planned_tile.h"
@@ -254,10 +255,8 @@ class SourceComparer {
       measure(stored_.of(at), in_data, [&](std::size_t m, const channels::ErrorSum& error) { difference.measured[m].error += error; });
   }
 
-  // Masks and light without coverage: what is not known is 0.
-  [[nodiscard]] bool is_zero_without_data() const {
-    return layer_.channel == ChannelType::kMask || layer_.channel == ChannelType::kIllumination;
-  }
+  // What is not known is 0, as of masks and of light without coverage.
+  [[nodiscard]] bool is_zero_without_data() const { return channels::kind_of(layer_.channel).absent == channels::Absent::kZero; }
 
   [[nodiscard]] channels::ConstPlaneRow planes_of(std::size_t in_data) const {
     const auto width = static_cast<std::size_t>(planned_.rect.width);
@@ -552,7 +551,7 @@ Result<Comparison> compare_with_raster(const CompareOptions& options) {
     return fail(ErrorCode::kUsage,
                 fmt::format("{}: layer {} holds no numbers that a raster could have", options.first.string(), layer->name));
   VT_ASSIGN(const geo::Crs crs, crs_of(reader));
-  const source::OpenOptions open{.as_numbers = !channels::reads_colors(layer->channel)};
+  const source::OpenOptions open{.as_numbers = !channels::kind_of(layer->channel).reads_colors};
   VT_ASSIGN(const std::unique_ptr<source::RasterSource> raster, source::open_raster(options.second, open));
   Sides sides{options, reader, *layer, raster->info(), crs, std::nullopt, ""};
   sides.raster_at = raster_in_layer(raster->info(), *layer, crs, sides.off_grid);

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <vector>
 
+#include "builder/channels/all_channels.h"
 #include "store/store_reader.h"
 #include "tools/cli/open_store.h"
 #include "tools/vtinspect/comparison.h"
@@ -15,7 +16,7 @@ namespace {
 // Why tiles of the two layers cannot be held side by side; "" when they can.
 std::string grid_mismatch(const LayerInfo& a, const LayerInfo& b) {
   if (a.channel != b.channel) {
-    return fmt::format("layer {}: channel {} and {}", a.name, channel_info(a.channel).name, channel_info(b.channel).name);
+    return fmt::format("layer {}: channel {} and {}", a.name, channels::channel_name(a.channel), channels::channel_name(b.channel));
   }
   if (a.format != b.format) {
     return fmt::format("layer {}: format {} and {}", a.name, format_info(a.format).name, format_info(b.format).name);
@@ -105,8 +106,8 @@ class LayerComparer {
     const auto texels = static_cast<std::uint64_t>(part.width * part.height);
     difference.texels += texels;
     if (is_equal) {
-      difference.values.add_equal(texels * static_cast<std::uint64_t>(layout_.channels));
-      if (is_srgb) difference.linear.add_equal(texels * 3);
+      difference.values.count += texels * static_cast<std::uint64_t>(layout_.channels);
+      if (is_srgb) difference.linear.count += texels * 3;
       return;
     }
     ++difference.differing_tiles;

@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "builder/channels/all_channels.h"
 #include "builder/channels/codec/error_sum.h"
 #include "store/layer.h"
 #include "store/result.h"
@@ -18,33 +19,12 @@
 
 namespace vt::inspect {
 
-// Differences of samples, gathered one pair at a time. Sums are doubles: a level of 10^10 samples still has six good digits.
-class ErrorStatistics {
- public:
-  void add(double a, double b) {
-    const double error = std::abs(a - b);
-    max_ = std::max(max_, error);
-    sum_ += error;
-    sum_of_squares_ += error * error;
-    ++count_;
-  }
-  void add_equal(std::uint64_t count) { count_ += count; }
-
-  [[nodiscard]] double max() const { return max_; }
-  [[nodiscard]] double mean() const { return count_ == 0 ? 0.0 : sum_ / static_cast<double>(count_); }
-  [[nodiscard]] double rms() const { return count_ == 0 ? 0.0 : std::sqrt(sum_of_squares_ / static_cast<double>(count_)); }
-  // Decibels; nothing when there is no error at all.
-  [[nodiscard]] std::optional<double> psnr(double peak) const {
-    if (rms() == 0.0) return std::nullopt;
-    return 20.0 * std::log10(peak / rms());
-  }
-
- private:
-  std::uint64_t count_ = 0;
-  double max_ = 0.0;
-  double sum_ = 0.0;
-  double sum_of_squares_ = 0.0;
-};
+// Decibels below `peak`; nothing when there is no error at all.
+[[nodiscard]] inline std::optional<double> psnr_of(const channels::ErrorSum& errors, double peak) {
+  const double rms = errors.root_mean_square();
+  if (rms == 0.0) return std::nullopt;
+  return 20.0 * std::log10(peak / rms);
+}
 
 // How far what is stored lies from a raster, in the channel's own terms; what the format loses is part of it.
 struct MeasuredError {
@@ -66,8 +46,8 @@ struct LevelDifference {
   std::uint64_t data_only_in_first = 0;
   std::uint64_t data_only_in_second = 0;
   std::uint64_t misfits = 0;  // values of a raster that the layer's format cannot hold
-  ErrorStatistics values;     // codes, or the layer's unit; of classes 1 where they differ
-  ErrorStatistics linear;     // linear light, for sRGB layers
+  channels::ErrorSum values;  // codes, or the layer's unit; of classes 1 where they differ
+  channels::ErrorSum linear;  // linear light, for sRGB layers
   std::vector<MeasuredError> measured;
 
   [[nodiscard]] std::uint64_t hole_mismatches() const { return data_only_in_first + data_only_in_second; }
@@ -84,7 +64,7 @@ struct LayerDifference {
   [[nodiscard]] bool is_within(const LevelDifference& level, double tolerance) const {
     if (level.only_in_first > 0 || level.only_in_second > 0 || level.hole_mismatches() > 0 || level.misfits > 0) return false;
     if (is_blob) return level.differing_tiles == 0;
-    return level.differing_texels == 0 || (!is_class && level.values.max() <= tolerance);
+    return level.differing_texels == 0 || (!is_class && level.values.largest <= tolerance);
   }
 };
 
@@ -118,7 +98,8 @@ struct Comparison {
 [[nodiscard]] inline LayerDifference empty_difference(const LayerInfo& layer) {
   const bool is_byte_format = !layout_of(layer).is_float;
   // The part NAME/weights holds shares, which are numbers.
-  const bool is_class = layer.channel == ChannelType::kMaterial && absent_texels(layer, layer.finest).code_of_none.has_value();
+  const bool is_class =
+      channels::kind_of(layer.channel).shown == channels::Shown::kClasses && absent_texels(layer, layer.finest).code_of_none.has_value();
   return {layer.name, is_byte_format, is_byte_format && layer.transfer == Transfer::kSrgb, layer.holds_blobs(), is_class, {}};
 }
 
@@ -126,15 +107,15 @@ struct Comparison {
 inline void add_pair(LevelDifference& difference, double a, double b, bool is_class, bool is_srgb_code) {
   // Equal infinities have no difference, and their subtraction is no number.
   if (a == b) {
-    difference.values.add_equal(1);
+    ++difference.values.count;
   } else if (is_class) {
-    difference.values.add(0.0, 1.0);
+    difference.values.add(1.0);
   } else {
-    difference.values.add(a, b);
+    difference.values.add(a - b);
   }
   if (is_srgb_code) {
     const auto& light = linear_from_srgb();
-    difference.linear.add(light[static_cast<std::size_t>(a)], light[static_cast<std::size_t>(b)]);
+    difference.linear.add(light[static_cast<std::size_t>(a)] - light[static_cast<std::size_t>(b)]);
   }
 }
 

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "builder/channels/all_channels.h"
 #include "builder/channels/shared/srgb.h"
 #include "tools/vtinspect/layer_values.h"
 
@@ -17,16 +18,17 @@ constexpr double kShareOfLamps = 1.0 / 200.0;
 
 Display::Display(const LayerInfo& layer) {
   const TexelLayout layout = layout_of(layer);
-  const cli::ClassTable classes = cli::class_table_of(layer);
+  const ClassTable classes = class_table_of(layer);
   if (classes.has_colors() && layout.channels == 1) classes_ = classes;
   channels_ = layout.channels == 1 && !classes_.has_colors() ? 1 : 3;
   shows_bytes_ = !layout.is_float && !classes_.has_colors();
-  const bool is_direction = layer.channel == ChannelType::kNormal && !layer.is_part && layout.is_float;
+  const channels::Shown shown = channels::kind_of(layer.channel).shown;
+  const bool is_direction = shown == channels::Shown::kDirections && !layer.is_part && layout.is_float;
   has_only_xy_ = is_direction && layout.channels == 2;
   channels_with_values_ =
       has_only_xy_ ? 3 : std::min<std::size_t>(static_cast<std::size_t>(channels_), static_cast<std::size_t>(layout.channels));
   if (classes_.has_colors()) channels_with_values_ = 3;
-  is_light_ = layer.channel == ChannelType::kIllumination && layout.is_float;
+  is_light_ = shown == channels::Shown::kLight && layout.is_float;
   if (!layout.is_float || classes_.has_colors()) fixed_range_ = ValueRange{0.0F, 255.0F};
   if (is_direction) fixed_range_ = ValueRange{-1.0F, 1.0F};
 }
@@ -50,7 +52,7 @@ float Display::tone(float value, const ValueRange& range) const {
 }
 
 RangeFinder::RangeFinder(const LayerInfo& layer)
-    : is_light_(layer.channel == ChannelType::kIllumination),
+    : is_light_(channels::kind_of(layer.channel).shown == channels::Shown::kLight),
       min_(std::numeric_limits<float>::infinity()),
       max_(-std::numeric_limits<float>::infinity()) {}
 

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "store/layer.h"
-#include "tools/cli/class_names.h"
+#include "tools/vtinspect/class_names.h"
 
 namespace vt::inspect {
 
@@ -44,7 +44,7 @@ class Display {
   bool has_only_xy_ = false;
   bool is_light_ = false;
   std::optional<ValueRange> fixed_range_;
-  cli::ClassTable classes_;  // with colours, or empty
+  ClassTable classes_;  // with colours, or empty
 };
 
 // The range of values that are seen bit by bit: from the least to the greatest; of light up to the value that one in 200 exceeds, so that a

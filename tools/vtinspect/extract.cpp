@@ -10,6 +10,7 @@
 #include <optional>
 #include <vector>
 
+#include "builder/channels/all_channels.h"
 #include "store/store_reader.h"
 #include "store/vt_mapping.h"
 #include "tools/cli/open_store.h"
@@ -163,7 +164,7 @@ geo::GeoTransform transform_of(const Area& area, const LayerInfo& layer, Level l
 std::optional<double> nodata_to_write(const LayerInfo& layer, const AbsentTexels& absent) {
   if (absent.code_of_none) return absent.code_of_none;
   if (!std::isnan(absent.value) && !absent.is_data) return std::nullopt;  // it has a value, which is that of texels with data as well
-  if (layer.channel != ChannelType::kElevation || std::abs(layer.source_nodata) > double{std::numeric_limits<float>::max()})
+  if (!channels::kind_of(layer.channel).holds_heights || std::abs(layer.source_nodata) > double{std::numeric_limits<float>::max()})
     return std::numeric_limits<double>::quiet_NaN();
   return static_cast<double>(static_cast<float>(layer.source_nodata));
 }

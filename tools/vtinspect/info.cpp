@@ -7,14 +7,15 @@
 #include <optional>
 #include <vector>
 
+#include "builder/channels/all_channels.h"
 #include "builder/geo/crs.h"
 #include "builder/text/json_text.h"
 #include "store/format/text.h"
 #include "store/store_reader.h"
 #include "store/vt_mapping.h"
-#include "tools/cli/class_names.h"
 #include "tools/cli/cli_support.h"
 #include "tools/cli/open_store.h"
+#include "tools/vtinspect/class_names.h"
 #include "tools/vtinspect/layer_values.h"
 #include "tools/vtinspect/quality_text.h"
 
@@ -132,7 +133,7 @@ nlohmann::ordered_json layer_json(const LayerInfo& layer, const std::vector<Leve
       {"name", layer.name},
       {"role", role_name(layer.role)},
       {"state", state_name(layer.state)},
-      {"channel", channel_info(layer.channel).name},
+      {"channel", channels::channel_name(layer.channel)},
       {"format", format_info(layer.format).name},
       {"transfer", transfer_name(layer.transfer)},
       {"tile_texels", layer.tile_texels()},
@@ -172,7 +173,7 @@ std::string step_text(Point2 value) {
 }
 
 std::string layer_table(const LayerInfo& layer, const std::vector<LevelSummary>& levels) {
-  std::string text = fmt::format("\nlayer {} \"{}\": {}, {}{}{}, {}\n", layer.id.value, layer.name, channel_info(layer.channel).name,
+  std::string text = fmt::format("\nlayer {} \"{}\": {}, {}{}{}, {}\n", layer.id.value, layer.name, channels::channel_name(layer.channel),
                                  format_info(layer.format).name, layer.transfer == Transfer::kSrgb ? " sRGB" : "",
                                  layer.is_part ? fmt::format(", part of layer {}", layer.owner.value) : "", state_name(layer.state));
   text += fmt::format("  {} x {} texels, tiles of {}, finest level {}, vt {}, {} tiles in {}", layer.data.width, layer.data.height,
@@ -181,7 +182,7 @@ std::string layer_table(const LayerInfo& layer, const std::vector<LevelSummary>&
     text += fmt::format(" ({:.2f} : 1)", *ratio);
   }
   if (!std::isnan(layer.source_nodata)) text += fmt::format(", source's nodata {:g}", layer.source_nodata);
-  if (layer.zero_is_nodata && layer.channel != ChannelType::kMaterial) text += ", code 0 is no data";
+  if (layer.zero_is_nodata && channels::kind_of(layer.channel).shown != channels::Shown::kClasses) text += ", code 0 is no data";
   text += '\n';
   const auto metadata = parsed_metadata(layer.metadata_json);
   const std::vector<std::string> names = component_names(metadata);
@@ -195,7 +196,7 @@ std::string layer_table(const LayerInfo& layer, const std::vector<LevelSummary>&
   if (layer.is_point_sampled)
     text +=
         "  point-sampled: a coarser texel is the north-western of the finest texels under it, and its value lies at that one's centre\n";
-  const cli::ClassTable classes = cli::class_table_of(layer);
+  const ClassTable classes = class_table_of(layer);
   if (classes.no_data) text += fmt::format("  code {} is no data\n", *classes.no_data);
   if (!classes.classes.empty()) text += fmt::format("  classes {}\n", classes.summary());
   const GridPlacement& grid = layer.grid;

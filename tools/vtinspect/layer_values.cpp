@@ -9,6 +9,7 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 
+#include "builder/channels/all_channels.h"
 #include "builder/channels/shared/srgb.h"
 #include "builder/text/json_text.h"
 #include "store/texel/bc1.h"
@@ -115,26 +116,24 @@ TexelLayout layout_of(const LayerInfo& layer) {
 }
 
 bool has_coverage_channel(const LayerInfo& layer) {
-  const bool has_color = layer.channel == ChannelType::kColor || layer.channel == ChannelType::kIllumination;
-  return has_color && format_info(layer.format).channels == 4;
+  return channels::kind_of(layer.channel).fourth_is_coverage && format_info(layer.format).channels == 4;
 }
 
 AbsentTexels absent_texels(const LayerInfo& layer, Level level) {
   const bool is_float = layout_of(layer).is_float;
   AbsentTexels absent{.value = is_float ? std::numeric_limits<float>::quiet_NaN() : 0.0F};
   const nlohmann::ordered_json metadata = text::json_or_null(layer.metadata_json);
-  switch (layer.channel) {
-    case ChannelType::kMaterial:
+  switch (channels::kind_of(layer.channel).absent) {
+    case channels::Absent::kClass:
       absent.code_of_none = class_of_none(metadata);
       if (absent.code_of_none) absent.value = static_cast<float>(*absent.code_of_none);
       // Shares of classes: of none there are none.
       if (!absent.code_of_none && layer.is_part) absent.value = 0.0F;
       break;
-    case ChannelType::kIllumination:
-    case ChannelType::kMask:
+    case channels::Absent::kZero:
       absent.value = 0.0F;
       break;
-    case ChannelType::kElevation: {
+    case channels::Absent::kFill: {
       const bool is_here = metadata.is_object() && metadata.contains("filled_m") && metadata["filled_m"].is_number();
       // Bounds of one height are not stored: they are not void at the finest level, but left out.
       const bool is_left_out = layer.is_part && level == layer.finest;
@@ -143,10 +142,7 @@ AbsentTexels absent_texels(const LayerInfo& layer, Level level) {
       absent.is_data = true;
       break;
     }
-    case ChannelType::kColor:
-    case ChannelType::kNormal:
-    case ChannelType::kHorizon:
-    case ChannelType::kSensor:
+    case channels::Absent::kUnknown:
       break;
   }
   return absent;

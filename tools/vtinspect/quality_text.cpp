@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <string_view>
 
+#include "builder/channels/all_channels.h"
 #include "store/channel.h"
 #include "store/format/text.h"
 
@@ -47,7 +48,7 @@ std::vector<std::string> component_names(const Json& metadata) {
 
 std::string unit_of(const LayerInfo& layer, const Json& metadata) {
   const Json& unit = member(metadata, "unit");
-  return unit.is_string() ? text_of(unit) : std::string(channel_info(layer.channel).unit);
+  return unit.is_string() ? text_of(unit) : std::string(channels::kind_of(layer.channel).unit);
 }
 
 std::string quality_table(const Json& metadata) {

@@ -10,12 +10,13 @@
 #include <optional>
 #include <vector>
 
+#include "builder/channels/all_channels.h"
 #include "builder/text/json_text.h"
 #include "store/texel/texel_decoder.h"
 #include "store/vt_mapping.h"
-#include "tools/cli/class_names.h"
 #include "tools/cli/cli_support.h"
 #include "tools/cli/open_store.h"
+#include "tools/vtinspect/class_names.h"
 #include "tools/vtinspect/quality_text.h"
 
 namespace vt::inspect {
@@ -219,7 +220,7 @@ Result<int> run_sample(const SampleOptions& options) {
     nlohmann::ordered_json json = {
         {"path", options.store.string()},
         {"layer", layer->name},
-        {"channel", channel_info(layer->channel).name},
+        {"channel", channels::channel_name(layer->channel)},
         {"unit", layer_unit(*layer)},
         {"format", format_info(layer->format).name},
         {"level", level.value},
@@ -248,7 +249,7 @@ Result<int> run_sample(const SampleOptions& options) {
   }
 
   std::string text =
-      fmt::format("layer     {} ({}, {})\n", layer->name, channel_info(layer->channel).name, format_info(layer->format).name);
+      fmt::format("layer     {} ({}, {})\n", layer->name, channels::channel_name(layer->channel), format_info(layer->format).name);
   text += fmt::format("level     {} (finest {}, paper level {})\n", int{level.value}, int{layer->finest.value},
                       paper_level(level, layer->finest));
   text += fmt::format("texel     {}, {}\n", x - data.x, y - data.y);
@@ -266,8 +267,8 @@ Result<int> run_sample(const SampleOptions& options) {
     const std::string unit = layer_unit(*layer);
     text += fmt::format("value     {}{}{}{}\n", numbers_text(value.channels, !layout_of(*layer).is_float), unit.empty() ? "" : " ", unit,
                         is_present ? "" : " (its tile is absent: voids are filled)");
-    if (layer->channel == ChannelType::kMaterial && !layer->is_part && std::isfinite(value.channels[0])) {
-      const std::string name = cli::class_table_of(*layer).name_of(static_cast<int>(value.channels[0]));
+    if (channels::kind_of(layer->channel).shown == channels::Shown::kClasses && !layer->is_part && std::isfinite(value.channels[0])) {
+      const std::string name = class_table_of(*layer).name_of(static_cast<int>(value.channels[0]));
       if (!name.empty()) text += fmt::format("class     {}\n", name);
     }
     if (!value.linear.empty()) text += fmt::format("linear    {}\n", numbers_text(value.linear, false));

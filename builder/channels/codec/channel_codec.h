@@ -111,9 +111,10 @@ struct LossCount {
 
 // One number that is reported of every level: how far what is stored lies from the unquantised planes, in the channel's own unit.
 struct Measure {
-  std::string name;      // "error of light"
-  std::string unit;      // "deg"; "" for ratios
-  std::size_t part = 0;  // whose texels are measured
+  std::string name;       // "error of light"
+  std::string unit;       // "deg"; "" for ratios
+  std::size_t part = 0;   // whose texels are measured
+  bool is_light = false;  // the total has to be kept; where a format does not, whoever builds the layer is told
 };
 
 class ChannelCodec {
@@ -204,17 +205,5 @@ class ChannelCodec {
   std::optional<SampleLayout> covered_layout_;  // with the coverage that decode_row takes off
   CoverageUse coverage_use_ = CoverageUse::kWeight;
 };
-
-// Of a raster with `values` bands (coverage not counted), how many a channel reads when the user chooses none. Errors of options as there.
-[[nodiscard]] Result<int> bands_wanted(ChannelType channel, const Options& options, int values);
-// The channel's samples are colours: palettes are expanded and MinIsWhite is inverted while reading. Those of the others are numbers.
-[[nodiscard]] bool reads_colors(ChannelType channel);
-// A scale and an offset that a file declares for its bands are applied; otherwise they mean nothing to the channel.
-[[nodiscard]] bool applies_declared_scale(ChannelType channel);
-// Of a raster with `values` bands beside a declared coverage band: that one is the channel's value when the user chooses none.
-[[nodiscard]] bool is_coverage_itself(ChannelType channel, int values);
-
-// kUnsupported when the channel cannot be made from such samples or stored in such a format; the message says why, and what can.
-[[nodiscard]] Result<std::unique_ptr<const ChannelCodec>> make_codec(const ChannelSettings& settings, const SampleLayout& layout);
 
 }  // namespace vt::channels

@@ -2,6 +2,8 @@
 // Planes: red, green, blue light times weight, then the weight, which is coverage (alpha) where the source has it and 1 or 0 for data and
 // no data otherwise.
 
+#include "builder/channels/color/color.h"
+
 #include <algorithm>
 #include <array>
 #include <cassert>
@@ -11,7 +13,6 @@
 #include <string>
 #include <vector>
 
-#include "builder/channels/codec/channel_makers.h"
 #include "builder/channels/codec/channel_options.h"
 #include "builder/channels/color/color_rows.h"
 #include "builder/channels/samples/nodata.h"
@@ -45,7 +46,7 @@ class ColorCodec final : public ChannelCodec {
     parts_.push_back({.format = format,
                       .texel_format = unblocked_format(format),
                       .components = {names.begin(), names.begin() + static_cast<std::ptrdiff_t>(channels)}});
-    measures_.push_back({.name = "light", .unit = ""});
+    measures_.push_back({.name = "light", .unit = "", .is_light = true});
     if (stores_alpha_) measures_.push_back({.name = "coverage", .unit = ""});
     rules_version_ = 2;  // light once went to the nearest place on the code axis
     const bool same_channels = layout.value_bands == 3 && layout.has_alpha == stores_alpha_;
@@ -260,9 +261,7 @@ class ColorCodec final : public ChannelCodec {
   std::vector<float> light_between_codes_;      // in 65535ths of the full code
 };
 
-}  // namespace
-
-MadeCodec make_color_codec(const ChannelSettings& settings, const SampleLayout& layout) {
+MadeCodec make_color(const ChannelSettings& settings, const SampleLayout& layout) {
   const TexelFormat format = settings.format;
   if (format != TexelFormat::kRgb8 && format != TexelFormat::kRgba8 && format != TexelFormat::kBc1 && format != TexelFormat::kBc3 &&
       format != TexelFormat::kBc7)
@@ -288,5 +287,40 @@ MadeCodec make_color_codec(const ChannelSettings& settings, const SampleLayout& 
   const Transfer source_transfer = transfer == "linear" ? Transfer::kLinear : Transfer::kSrgb;
   return std::make_unique<const ColorCodec>(layout, settings.transfer, source_transfer, is_associated, format);
 }
+
+// Of aerial and satellite photographs, whose coverage costs nothing, and of their BC1 blocks.
+double stored_ratio(TexelFormat format) {
+  if (format == TexelFormat::kRgb8) return 0.40;
+  if (format == TexelFormat::kRgba8) return 0.30;
+  if (format == TexelFormat::kBc1) return 0.70;
+  return kUnmeasuredRatio;
+}
+
+constexpr auto kOptions = std::to_array<OptionInfo>({
+    {"alpha", "straight|associated",
+     "whether the input's codes are multiplied by their coverage although the file does not say so; files that declare it are understood "
+     "without this (default: straight)"},
+    {"transfer", "srgb|linear", "what the input's codes mean; the layer's are sRGB in any case (default: srgb)"},
+    {"anti-ringing", "yes|no", "keep overshoot beside edges within the neighbouring texels (default: no)"},
+});
+
+}  // namespace
+
+const ChannelKind kColorKind{
+    .type = ChannelType::kColor,
+    .name = "color",
+    .options = kOptions,
+    .bands_wanted = [](int candidates) { return candidates >= 3 ? 3 : 1; },
+    .reads_colors = true,
+    .has_black_and_white = true,
+    .concern = source::Concern::kColor,
+    .usual_kernel = "kaiser3",
+    // Coverage has to be stored when there can be texels without data; an opaque format is the user's explicit wish.
+    .usual_format = [](SampleType, bool may_be_empty) { return may_be_empty ? TexelFormat::kRgba8 : TexelFormat::kRgb8; },
+    .transfer = Transfer::kSrgb,
+    .fourth_is_coverage = true,
+    .stored_ratio = stored_ratio,
+    .make = make_color,
+};
 
 }  // namespace vt::channels

@@ -4,6 +4,8 @@
 // codes with one quantum for all of the layer, so that both tiles at an edge decode equal; a texel without any data is NaN or code 0, never
 // a height.
 
+#include "builder/channels/elevation/elevation.h"
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -11,7 +13,6 @@
 #include <limits>
 #include <string>
 
-#include "builder/channels/codec/channel_makers.h"
 #include "builder/channels/codec/channel_options.h"
 #include "builder/channels/elevation/height_forms.h"
 #include "builder/channels/samples/nodata.h"
@@ -404,9 +405,7 @@ Result<CodedHeights> choose_codes(const Options& options, const SampleLayout& la
   return CodedHeights{.offset = (std::floor((*range)[0] / quantum) - 1.0) * quantum, .quantum = quantum};
 }
 
-}  // namespace
-
-MadeCodec make_elevation_codec(const ChannelSettings& settings, const SampleLayout& layout) {
+MadeCodec make_elevation(const ChannelSettings& settings, const SampleLayout& layout) {
   HeightChoices choices{.format = settings.format, .is_wide = settings.samples_are_wide};
   if (choices.format != TexelFormat::kR32Float && choices.format != TexelFormat::kR16Float && choices.format != TexelFormat::kR16)
     return fail(ErrorCode::kUnsupported, "an elevation layer cannot be stored as " + std::string(format_info(settings.format).name) +
@@ -430,5 +429,51 @@ MadeCodec make_elevation_codec(const ChannelSettings& settings, const SampleLayo
   }
   return std::make_unique<const ElevationCodec>(layout, choices);
 }
+
+// Of terrain models, and of their bounds.
+double stored_ratio(TexelFormat format) {
+  if (format == TexelFormat::kR32Float) return 0.45;
+  if (format == TexelFormat::kRg32Float) return 0.55;
+  return kUnmeasuredRatio;
+}
+
+constexpr auto kOptions = std::to_array<OptionInfo>({
+    {"input-scale", "FACTOR", "height = offset + scale * sample, in --input-unit (default: what the file declares for the band, else 1)"},
+    {"input-offset", "HEIGHT", "height of the sample 0, see --input-scale (default: what the file declares, else 0)"},
+    {"input-unit", "m|ft|us-ft|cm|...",
+     "unit of the input's heights; the layer's are metres. Also metres, as in \"0.3048 m\" (default: what the file declares, else m)"},
+    {"quantum", "METRES",
+     "step of the codes of r16, which hold --range (of 8 and 16 bit integers: all that the type can say) in 65535 of them (default: the "
+     "finest power of two that does)"},
+    {"bounds", "yes|no",
+     "store the least and greatest height under every texel of coarser levels too, as NAME/bounds; twice the data of all levels but the "
+     "finest, for programs that displace or cull (default: no)"},
+    {"surface-error", "yes|no",
+     "measure how far the surface through every coarser level lies from the finest, into the layer's metadata (\"surface\"); reads all "
+     "tiles again after the build (default: no)"},
+    {"fill", "METRES|none",
+     "height that is stored where there are no data; means of coarser levels leave it out; the metadata say so: \"filled_m\" (default: "
+     "none)"},
+});
+
+}  // namespace
+
+const ChannelKind kElevationKind{
+    .type = ChannelType::kElevation,
+    .name = "elevation",
+    .unit = "m",
+    .options = kOptions,
+    .has_one_value = true,
+    .uses_declared_scale = true,
+    .holds_heights = true,
+    .concern = source::Concern::kHeights,
+    .why_only_box = "negative lobes would put heights outside the range of the terrain",
+    .may_be_picked = true,
+    .usual_format = [](SampleType, bool) { return TexelFormat::kR32Float; },
+    .stored_ratio = stored_ratio,
+    .carry_ratio = 0.25,
+    .absent = Absent::kFill,
+    .make = make_elevation,
+};
 
 }  // namespace vt::channels

@@ -10,24 +10,29 @@
 // clamped to it, deviations over 0 to half the span, no more than 45 degrees. Code 0 of the first mean is no data, except in bc5, which has
 // no code to spare and shows its neighbours there.
 
+#include "builder/channels/horizon/horizon.h"
+
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstring>
 #include <nlohmann/json.hpp>
+#include <numbers>
 #include <optional>
+#include <span>
 #include <string>
 
-#include "builder/channels/codec/channel_makers.h"
 #include "builder/channels/codec/channel_options.h"
 #include "builder/channels/horizon/horizon_input.h"
 #include "builder/channels/horizon/lit_fraction.h"
+#include "builder/channels/samples/nodata.h"
 #include "builder/channels/shared/angle.h"
 #include "builder/channels/shared/format_of_channels.h"
 #include "builder/channels/shared/neighbours.h"
 #include "builder/channels/shared/unblocked_format.h"
 #include "builder/channels/shared/unorm_code.h"
 #include "builder/channels/shared/unorm_rows.h"
+#include "builder/text/number_text.h"
 
 namespace vt::channels {
 namespace {
@@ -271,13 +276,66 @@ Result<void> check_format(TexelFormat format) {
   }
 }
 
-}  // namespace
-
-MadeCodec make_horizon_codec(const ChannelSettings& settings, const SampleLayout& layout) {
+MadeCodec make_horizon(const ChannelSettings& settings, const SampleLayout& layout) {
   VT_CHECK(check_format(settings.format));
   VT_ASSIGN(const Span span, choose_span(settings.options));
   VT_ASSIGN(const HorizonInput input, choose_horizon_input(settings.options, layout));
   return std::make_unique<const HorizonCodec>(input, settings.format, span);
 }
+
+// The largest size of a number that is beyond a right angle in radians, and none in degrees; 0: there is none.
+template <class T>
+double largest_degrees(const SampleLayout& layout, std::span<const std::byte> samples) {
+  constexpr double kMostRadians = std::numbers::pi / 2.0 * 1.001;
+  constexpr double kMostDegrees = 90.001;
+  const auto bands = static_cast<std::size_t>(layout.value_bands);
+  double largest = 0.0;
+  for (std::size_t band = 0; band < bands; ++band) {
+    const auto nodata = typed_nodata_range<T>(layout, band);
+    for (std::size_t at = band * sizeof(T); at + sizeof(T) <= samples.size(); at += layout.texel_bytes()) {
+      T number;
+      std::memcpy(&number, samples.data() + at, sizeof number);
+      const double size = std::abs(layout.offset.value_or(0.0) + layout.scale.value_or(1.0) * static_cast<double>(number));
+      if (size > kMostRadians && size <= kMostDegrees && !nodata.contains(number)) largest = std::max(largest, size);
+    }
+  }
+  return largest;
+}
+
+// Numbers of which neither the file nor the user says a unit are taken as radians. Those that are no such angles would leave texels without
+// data, so what looks like degrees is refused.
+Result<void> check_unit(const Options& options, const SampleLayout& layout, std::span<const std::byte> samples) {
+  const bool is_float = layout.type == SampleType::kFloat32 || layout.type == SampleType::kFloat64;
+  if (options.contains("angles") || !layout.unit.empty() || !is_float) return {};
+  const double largest =
+      layout.type == SampleType::kFloat32 ? largest_degrees<float>(layout, samples) : largest_degrees<double>(layout, samples);
+  if (largest == 0.0) return {};
+  return fail(ErrorCode::kInvalidData, "holds angles up to " + text::number_text(largest) +
+                                           ", more than any horizon has in radians; say --angles deg, or --angles rad if what is beyond "
+                                           "a right angle means no data");
+}
+
+constexpr auto kOptions = std::to_array<OptionInfo>({
+    {"azimuths", "DEGREES,...", "direction of each band, clockwise from north (default: 90,270 of two, evenly from north of more)"},
+    {"angles", "rad|deg", "unit of the input's angles (default: the one that the file declares, else rad)"},
+    {"deviations", "none|given", "whether bands are single angles, or pairs of mean and standard deviation (default: none)"},
+    {"span", "LOW,HIGH",
+     "degrees that codes are spread over; fewer give low sun finer steps, horizons beyond are clamped (default: -90,90)"},
+});
+
+}  // namespace
+
+const ChannelKind kHorizonKind{
+    .type = ChannelType::kHorizon,
+    .name = "horizon",
+    .unit = "rad",
+    .options = kOptions,
+    .bands_wanted = [](int candidates) { return candidates; },
+    .uses_declared_scale = true,
+    .check_samples = check_unit,
+    .why_only_box = "what is averaged are moments of a distribution of angles, and a negative share of a distribution does not exist",
+    .usual_format = [](SampleType, bool) { return TexelFormat::kRgba16; },
+    .make = make_horizon,
+};
 
 }  // namespace vt::channels

@@ -9,6 +9,8 @@
 // What is stored is light divided by one scale for the whole layer, which readers find as the components' scale: light in small units (by
 // night, 1e-7 to 1e-3 W/(m2 sr)) would vanish below what halves and rgb9e5 can say. A power of two moves exponents and rounds nothing.
 
+#include "builder/channels/illumination/illumination.h"
+
 #include <algorithm>
 #include <array>
 #include <bit>
@@ -19,12 +21,12 @@
 #include <string_view>
 #include <vector>
 
-#include "builder/channels/codec/channel_makers.h"
 #include "builder/channels/codec/channel_options.h"
 #include "builder/channels/samples/nodata.h"
 #include "builder/channels/samples/read_samples.h"
 #include "builder/channels/shared/finite_rows.h"
 #include "builder/channels/shared/neighbours.h"
+#include "builder/channels/shared/radiance_unit.h"
 #include "builder/channels/shared/srgb.h"
 #include "builder/channels/shared/unblocked_format.h"
 #include "builder/text/number_text.h"
@@ -74,7 +76,7 @@ class IlluminationCodec final : public ChannelCodec {
     for (std::size_t c = 0; c < 3; ++c) parts_[0].ranges[c].scale = stored_scale_;
     describe_losses(format, light.unit);
     if (format == TexelFormat::kBc6h) rules_version_ = 2;  // blocks once kept less of the light
-    measures_ = {{.name = "light", .unit = light.unit}, {.name = "clipped light", .unit = light.unit}};
+    measures_ = {{.name = "light", .unit = light.unit, .is_light = true}, {.name = "clipped light", .unit = light.unit}};
     for (std::size_t b = 0; b < nodata_.size(); ++b) nodata_[b] = nodata_range(layout, b);
     if (!is_code(layout.type)) return;
     light_of_code_.resize(layout.type == SampleType::kUint8 ? 256 : 65536);
@@ -288,9 +290,7 @@ bool is_known_format(TexelFormat format) {
          format == TexelFormat::kBc6h;
 }
 
-}  // namespace
-
-MadeCodec make_illumination_codec(const ChannelSettings& settings, const SampleLayout& layout) {
+MadeCodec make_illumination(const ChannelSettings& settings, const SampleLayout& layout) {
   if (!is_known_format(settings.format))
     return fail(ErrorCode::kUnsupported, "an illumination layer cannot be stored as " + std::string(format_info(settings.format).name) +
                                              ", which has no room for lamps beside darkness; use rgba32f, rgba16f, rgb9e5 or bc6h");
@@ -315,10 +315,37 @@ MadeCodec make_illumination_codec(const ChannelSettings& settings, const SampleL
   // Codes are only a share of the full one until somebody says what that is.
   const bool is_relative = is_code(layout.type) && !scale;
   const auto unit = settings.options.find("unit");
-  light.unit = unit != settings.options.end() ? unit->second
-               : is_relative                  ? ""
-                                              : std::string(channel_info(ChannelType::kIllumination).unit);
+  light.unit = unit != settings.options.end() ? unit->second : is_relative ? "" : std::string(kRadianceUnit);
   return std::make_unique<const IlluminationCodec>(layout, light, settings.format);
 }
+
+constexpr auto kOptions = std::to_array<OptionInfo>({
+    {"transfer", "linear|srgb", "what the codes of 8 and 16 bit input are proportional to (default: linear)"},
+    {"scale", "LIGHT", "light of the full code of 8 and 16 bit input, of the number 1 of other input (default: 1)"},
+    {"stored-scale", "LIGHT",
+     "light of the number 1 in the store, of which readers multiply what is stored; powers of two round nothing (default: 1, or less where "
+     "light of numbers as small as the first build finds them would be lost in rgba16f, rgb9e5 or bc6h)"},
+    {"unit", "TEXT", "unit of the light (default: W/(m2 sr), or none for codes without a scale)"},
+});
+
+}  // namespace
+
+const ChannelKind kIlluminationKind{
+    .type = ChannelType::kIllumination,
+    .name = "illumination",
+    .unit = kRadianceUnit,
+    .options = kOptions,
+    .bands_wanted = [](int candidates) { return candidates >= 3 ? 3 : 1; },
+    .reads_colors = true,
+    .concern = source::Concern::kColor,
+    .why_only_box = "light has to be conserved and cannot be negative",
+    .usual_format = [](SampleType, bool) { return TexelFormat::kRgba32Float; },
+    .fourth_is_coverage = true,
+    .chooses_stored_light = [](TexelFormat format,
+                               const Options& options) { return format != TexelFormat::kRgba32Float && !options.contains("stored-scale"); },
+    .shown = Shown::kLight,
+    .absent = Absent::kZero,
+    .make = make_illumination,
+};
 
 }  // namespace vt::channels

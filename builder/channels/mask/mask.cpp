@@ -5,6 +5,8 @@
 // For alpha tests ("inside is what exceeds REF") the plain mean is kept as the part "mean", and the layer's coarser levels are made of it
 // after the blocks, see builder/pipeline/passes/coverage_pass.h.
 
+#include "builder/channels/mask/mask.h"
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -14,7 +16,6 @@
 #include <string>
 #include <vector>
 
-#include "builder/channels/codec/channel_makers.h"
 #include "builder/channels/codec/channel_options.h"
 #include "builder/channels/samples/nodata.h"
 #include "builder/channels/samples/read_samples.h"
@@ -152,9 +153,7 @@ class MaskCodec final : public ChannelCodec {
   std::array<float, 256> share_of_code_{};
 };
 
-}  // namespace
-
-MadeCodec make_mask_codec(const ChannelSettings& settings, const SampleLayout& layout) {
+MadeCodec make_mask(const ChannelSettings& settings, const SampleLayout& layout) {
   const TexelFormat format = settings.format;
   if (format != TexelFormat::kR8 && format != TexelFormat::kR16 && format != TexelFormat::kBc4)
     return fail(ErrorCode::kUnsupported, "a mask layer cannot be stored as " + std::string(format_info(format).name) +
@@ -174,5 +173,27 @@ MadeCodec make_mask_codec(const ChannelSettings& settings, const SampleLayout& l
   VT_ASSIGN(const std::optional<double> kept_above, number_of(settings.options, "alpha-coverage", 0.001, 0.999));
   return std::make_unique<const MaskCodec>(layout, format, std::move(inside), kept_above);
 }
+
+constexpr auto kOptions = std::to_array<OptionInfo>({
+    {"inside", "VALUES",
+     "sample values that are inside, with commas between them; all others are outside (default: samples are shares from 0 to 1)"},
+    {"alpha-coverage", "REF",
+     "for alpha tests: scale every coarser level so that as much of it exceeds REF (0.001 to 0.999) as of the finest; the plain means stay "
+     "as NAME/mean (default: plain means only)"},
+});
+
+}  // namespace
+
+const ChannelKind kMaskKind{
+    .type = ChannelType::kMask,
+    .name = "mask",
+    .options = kOptions,
+    .has_one_value = true,
+    .may_be_coverage = true,
+    .why_only_box = "coverage has to be conserved and cannot be negative",
+    .usual_format = [](SampleType, bool) { return TexelFormat::kR8; },
+    .absent = Absent::kZero,
+    .make = make_mask,
+};
 
 }  // namespace vt::channels

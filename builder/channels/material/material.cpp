@@ -3,6 +3,8 @@
 // (1 data, 0 no data), then what class_planes.h says. One code is kept for no data. The parts NAME/classes and NAME/weights, when asked
 // for, hold the most frequent classes and their shares of the area with data in 1/255; what is missing from 255 is other classes'.
 
+#include "builder/channels/material/material.h"
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -11,7 +13,6 @@
 #include <string>
 #include <type_traits>
 
-#include "builder/channels/codec/channel_makers.h"
 #include "builder/channels/codec/channel_options.h"
 #include "builder/channels/material/class_table.h"
 #include "builder/channels/samples/nodata.h"
@@ -244,9 +245,7 @@ Result<int> choose_no_data(const ChannelSettings& settings, int greatest) {
   return declared >= 0.0 && declared <= greatest && declared == std::floor(declared) ? static_cast<int>(declared) : greatest;
 }
 
-}  // namespace
-
-MadeCodec make_material_codec(const ChannelSettings& settings, const SampleLayout& layout) {
+MadeCodec make_material(const ChannelSettings& settings, const SampleLayout& layout) {
   const std::string format(format_info(settings.format).name);
   if (format_info(settings.format).samples == SampleKind::kBlock)
     return fail(ErrorCode::kUnsupported, "a material layer cannot be stored as " + format +
@@ -273,5 +272,28 @@ MadeCodec make_material_codec(const ChannelSettings& settings, const SampleLayou
   }
   return std::make_unique<const MaterialCodec>(layout, settings.format, counting, !mixture.empty(), table);
 }
+
+constexpr auto kOptions = std::to_array<OptionInfo>({
+    {"classes", "FILE", "JSON table of the classes, [{\"id\": 1, \"name\": \"water\", \"color\": \"#265480\"}, ...]", true},
+    {"mixture", "1|2|3|4",
+     "also store how much of each texel its most frequent classes hold, as NAME/classes and NAME/weights (default: the majority alone)"},
+    {"no-data-class", "NUMBER",
+     "what is stored where there are no data (default: the first source's no-data value, or the greatest number of the format)"},
+});
+
+}  // namespace
+
+const ChannelKind kMaterialKind{
+    .type = ChannelType::kMaterial,
+    .name = "material",
+    .options = kOptions,
+    .has_one_value = true,
+    .why_only_box = "classes are counted, and a count has no negative share",
+    .counted = [](const Options&) { return std::string_view("material layers"); },
+    .usual_format = [](SampleType samples, bool) { return sample_bytes(samples) > 1 ? TexelFormat::kR16 : TexelFormat::kR8; },
+    .shown = Shown::kClasses,
+    .absent = Absent::kClass,
+    .make = make_material,
+};
 
 }  // namespace vt::channels

@@ -10,12 +10,13 @@
 // 0, which the reported angle shows. The length is code 1 to 255 (1 to 65535) for 0 to 1; code 0 is no data. In a bc4 there is no code to
 // spare: no data has length 0.
 
+#include "builder/channels/normal/normal.h"
+
 #include <cmath>
 #include <cstring>
 #include <optional>
 #include <string>
 
-#include "builder/channels/codec/channel_makers.h"
 #include "builder/channels/codec/channel_options.h"
 #include "builder/channels/normal/normal_input.h"
 #include "builder/channels/normal/normal_moments.h"
@@ -369,9 +370,7 @@ Result<void> check_format(TexelFormat format, Frame frame) {
   }
 }
 
-}  // namespace
-
-MadeCodec make_normal_codec(const ChannelSettings& settings, const SampleLayout& layout) {
+MadeCodec make_normal(const ChannelSettings& settings, const SampleLayout& layout) {
   constexpr std::array<std::string_view, 2> kFrames{"enu", "scene"};
   constexpr std::array<std::string_view, 2> kMoments{"none", "lean"};
   VT_ASSIGN(const std::string frame, choice_of(settings.options, "frame", kFrames[0], kFrames));
@@ -386,5 +385,27 @@ MadeCodec make_normal_codec(const ChannelSettings& settings, const SampleLayout&
   VT_ASSIGN(const NormalInput input, choose_normal_input(settings.options, layout));
   return std::make_unique<const NormalCodec>(input, style);
 }
+
+constexpr auto kOptions = std::to_array<OptionInfo>({
+    {"frame", "enu|scene", "what x, y, z are: east, north, up at each place, or one frame for the whole scene (default: enu)"},
+    {"zero", "128|127.5", "the code that is 0 in unsigned 8-bit input; in 16-bit input 32768 or 32767.5 (default: 128)"},
+    {"y", "up|down", "whether y grows to the top or to the bottom of the picture in the input (default: up)"},
+    {"length", "yes|no", "store the length of the mean normal, which tells roughness, beside rgb8, rg16 and bc5 (default: yes)"},
+    {"moments", "none|lean", "store means and mean squares of the slopes as well (default: none)"},
+});
+
+}  // namespace
+
+const ChannelKind kNormalKind{
+    .type = ChannelType::kNormal,
+    .name = "normal",
+    .options = kOptions,
+    .bands_wanted = [](int candidates) { return candidates >= 3 ? 3 : 2; },
+    .reads_colors = true,
+    .why_only_box = "the mean of unit vectors has a length only if no direction is subtracted",
+    .usual_format = [](SampleType, bool) { return TexelFormat::kRgb8; },
+    .shown = Shown::kDirections,
+    .make = make_normal,
+};
 
 }  // namespace vt::channels

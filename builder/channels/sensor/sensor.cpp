@@ -5,6 +5,8 @@
 // (wide_value.h); weight (1 data, 0 none). The mean is over samples that exist; a temperature of 0 K and less, and what is not finite, is
 // none. Values beyond what a format holds become its ends, which is counted.
 
+#include "builder/channels/sensor/sensor.h"
+
 #include <algorithm>
 #include <array>
 #include <bit>
@@ -16,7 +18,6 @@
 #include <string_view>
 #include <vector>
 
-#include "builder/channels/codec/channel_makers.h"
 #include "builder/channels/codec/channel_options.h"
 #include "builder/channels/samples/nodata.h"
 #include "builder/channels/samples/read_samples.h"
@@ -26,6 +27,7 @@
 #include "builder/channels/shared/finite_rows.h"
 #include "builder/channels/shared/neighbours.h"
 #include "builder/channels/shared/number_code.h"
+#include "builder/channels/shared/radiance_unit.h"
 #include "builder/channels/shared/unblocked_format.h"
 #include "builder/text/number_text.h"
 
@@ -276,9 +278,7 @@ bool is_known_format(TexelFormat format) {
 
 bool needs_span(TexelFormat format) { return format == TexelFormat::kR16 || format == TexelFormat::kBc4; }
 
-}  // namespace
-
-MadeCodec make_sensor_codec(const ChannelSettings& settings, const SampleLayout& layout) {
+MadeCodec make_sensor(const ChannelSettings& settings, const SampleLayout& layout) {
   if (layout.value_bands != 1)
     return fail(ErrorCode::kUnsupported,
                 "a sensor layer is of one band, found " + std::to_string(layout.value_bands) + "; choose with --bands");
@@ -299,5 +299,37 @@ MadeCodec make_sensor_codec(const ChannelSettings& settings, const SampleLayout&
                                        (quantity.unit.empty() ? "the unit of what is stored" : quantity.unit) + ", or use r32f");
   return std::make_unique<const SensorCodec>(layout, std::move(quantity), settings.format, settings.samples_are_wide);
 }
+
+constexpr auto kOptions = std::to_array<OptionInfo>({
+    {"quantity", "radiance|reflectance|emissivity|temperature", "what the input is (default: radiance)"},
+    {"band", "LOW,HIGH", "edges of the sensor's band in micrometres"},
+    {"response", "FILE", "the sensor's relative response over wavelength, CSV or JSON; a band cuts it", true},
+    {"store", "radiance|temperature", "what is stored of a thermal input; temperatures are those of the mean radiance (default: radiance)"},
+    {"input-scale", "FACTOR", "value = offset + scale * sample, in --input-unit (default: what the file declares for the band, else 1)"},
+    {"input-offset", "VALUE", "value of the sample 0, see --input-scale (default: what the file declares, else 0)"},
+    {"input-unit", "TEXT",
+     "unit of the input's values: K, C or F of temperatures, 1 or % of ratios, W/(m2 sr) of radiance in a band (default: what the file "
+     "declares)"},
+    {"span", "LOW,HIGH", "the values that the codes of r16 and bc4 reach from and to (default: 0,1 for ratios)"},
+    {"unit", "TEXT", "unit of radiance that is given without a band (default: W/(m2 sr))"},
+    {"basis", "FILE", "thermal curves of the input's classes over a day, JSON; what is stored is their common curves' coefficients", true},
+    {"components", "3..5", "how many coefficients (default: 4)"},
+});
+
+}  // namespace
+
+const ChannelKind kSensorKind{
+    .type = ChannelType::kSensor,
+    .name = "sensor",
+    .unit = kRadianceUnit,
+    .options = kOptions,
+    .has_one_value = true,
+    .uses_declared_scale = true,
+    .why_only_box = "radiance has to be conserved and cannot be negative",
+    .counted =
+        [](const Options& options) { return std::string_view(options.contains("basis") ? "sensor layers with a thermal basis" : ""); },
+    .usual_format = [](SampleType, bool) { return TexelFormat::kR32Float; },
+    .make = make_sensor,
+};
 
 }  // namespace vt::channels

@@ -9,6 +9,7 @@
 
 #include "builder/channels/codec/channel_options.h"
 #include "builder/channels/sensor/spectral_response.h"
+#include "builder/channels/shared/radiance_unit.h"
 #include "store/channel.h"
 
 namespace vt::channels {
@@ -147,7 +148,7 @@ Result<SensorQuantity> sensor_quantity(const Options& options, const SampleLayou
   if (!response.empty() && is_thermal) quantity.band = std::make_shared<const BandRadiance>(response);
 
   const auto unit = options.find("unit");
-  quantity.unit = quantity.stores_temperature ? "K" : is_ratio(quantity.kind) ? "" : std::string(channel_info(ChannelType::kSensor).unit);
+  quantity.unit = quantity.stores_temperature ? "K" : is_ratio(quantity.kind) ? "" : std::string(kRadianceUnit);
   if (unit != options.end()) {
     if (quantity.kind != Kind::kRadiance || quantity.stores_temperature)
       return fail(ErrorCode::kUsage, "option unit: only radiance that stays radiance has a unit to choose; " + kind + " has its own");

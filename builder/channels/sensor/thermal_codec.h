@@ -1,7 +1,7 @@
 // The form of a sensor layer that holds a whole day: classes in, the numbers of thermal_basis.h out.
 #pragma once
 
-#include "builder/channels/codec/channel_makers.h"
+#include "builder/channels/codec/channel_kind.h"
 
 namespace vt::channels {
 

@@ -167,7 +167,7 @@ std::vector<std::string> light_remarks(const LayerPlan& plan, std::span<const Le
   constexpr double kLittle = 1e-3;
   std::vector<std::string> remarks;
   for (std::size_t m = 0; m < plan.codec->measures().size(); ++m) {
-    if (plan.codec->measures()[m].name != "light") continue;
+    if (!plan.codec->measures()[m].is_light) continue;
     std::size_t off = 0;
     double worst = 1.0;
     int worst_level = 0;

@@ -2,39 +2,15 @@
 
 #include <cmath>
 
+#include "builder/channels/all_channels.h"
 #include "builder/pipeline/blocks/block_quality.h"
 #include "store/format/layout.h"
 
 namespace vt::pipeline {
 namespace {
 
-// Stored to raw bytes at zstd:3, the upper end of what aerial and satellite photographs and terrain models gave: photographs 0.2 to 0.4
-// (coverage costs nothing), their BC1 blocks 0.4 to 0.7, heights 0.15 to 0.45, their bounds up to 0.55. Carry is stored at zstd:1.
-// Everything else was not measured and counts as it is, which is the most that it can take.
-constexpr double kPhotographRatio = 0.40;
-constexpr double kPhotographWithCoverageRatio = 0.30;
-constexpr double kBlockRatio = 0.70;
-constexpr double kHeightRatio = 0.45;
-constexpr double kHeightBoundsRatio = 0.55;
-constexpr double kUnmeasuredRatio = 1.0;
-constexpr double kColorCarryRatio = 0.55;
-constexpr double kHeightCarryRatio = 0.25;
-
 double tile_ratio(const LayerPlan& plan, TexelFormat format) {
-  if (plan.compression.codec == store::Codec::kRaw) return 1.0;
-  if (plan.info.channel == ChannelType::kElevation && format == TexelFormat::kR32Float) return kHeightRatio;
-  if (plan.info.channel == ChannelType::kElevation && format == TexelFormat::kRg32Float) return kHeightBoundsRatio;
-  if (plan.info.channel != ChannelType::kColor) return kUnmeasuredRatio;
-  switch (format) {
-    case TexelFormat::kRgb8:
-      return kPhotographRatio;
-    case TexelFormat::kRgba8:
-      return kPhotographWithCoverageRatio;
-    case TexelFormat::kBc1:
-      return kBlockRatio;
-    default:
-      return kUnmeasuredRatio;
-  }
+  return plan.compression.codec == store::Codec::kRaw ? 1.0 : channels::kind_of(plan.info.channel).stored_ratio(format);
 }
 
 std::uint64_t scaled(std::uint64_t bytes, double ratio) {
@@ -87,7 +63,7 @@ PlanEstimate estimate_cost(const LayerPlan& plan, int block_levels, int threads,
   for (std::size_t i = 0; i < plan.parts.size(); ++i) {
     const PlanCost part = cost_of_part(plan, i);
     const double ratio = tile_ratio(plan, plan.parts[i].format);
-    all_are_measured = all_are_measured && ratio != kUnmeasuredRatio;
+    all_are_measured = all_are_measured && ratio != channels::kUnmeasuredRatio;
     estimate.tile_bytes += scaled(part.raw_bytes, ratio);
     estimate.index_bytes += index_bytes_of(part.tiles);
   }
@@ -108,7 +84,7 @@ PlanEstimate estimate_cost(const LayerPlan& plan, int block_levels, int threads,
   if (quality_bytes == 0) blocks = 0;  // nothing is measured, nothing is left
   const std::uint64_t carry_tile =
       std::uint64_t{plan.info.tile_texels()} * plan.info.tile_texels() * static_cast<std::uint64_t>(plan.codec->planes()) * sizeof(float);
-  const double carry_ratio = plan.info.channel == ChannelType::kElevation ? kHeightCarryRatio : kColorCarryRatio;
+  const double carry_ratio = channels::kind_of(plan.info.channel).carry_ratio;
   constexpr std::uint64_t kRecordBytes = store::kRecordHeaderBytes + store::kRecordAlignment / 2;  // header, and up to the next record
   estimate.working_state_bytes = scaled(kept_blocks * carry_tile, carry_ratio) + kept_blocks * (kRecordBytes + store::kRecordAlignment) +
                                  quality_bytes + blocks * kRecordBytes;

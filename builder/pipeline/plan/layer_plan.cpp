@@ -7,18 +7,18 @@
 #include <iterator>
 #include <limits>
 
-#include "builder/channels/codec/channel_options.h"
+#include "builder/channels/all_channels.h"
 #include "builder/channels/samples/wide_value.h"
 #include "builder/pipeline/parallel/error_list.h"
 #include "builder/pipeline/parallel/parallel.h"
 #include "builder/pipeline/plan/build_state.h"
 #include "builder/pipeline/plan/layer_kernel.h"
 #include "builder/pipeline/sources/globe_turns.h"
-#include "builder/pipeline/sources/horizon_check.h"
 #include "builder/pipeline/sources/layer_grid.h"
 #include "builder/pipeline/sources/open_sources.h"
 #include "builder/pipeline/sources/place_source.h"
 #include "builder/pipeline/sources/plan_remarks.h"
+#include "builder/pipeline/sources/sample_check.h"
 #include "builder/pipeline/sources/source_facts.h"
 #include "builder/pipeline/sources/stored_light.h"
 #include "builder/pipeline/sources/stray_sources.h"
@@ -41,7 +41,7 @@ channels::ChannelSettings settings_for(const LayerRequest& request, const LayerI
 
 // Numbers that the channel makes of such samples need more than floats.
 bool needs_wide(const LayerRequest& request, const channels::SampleLayout& layout) {
-  if (request.channel != ChannelType::kElevation && request.channel != ChannelType::kSensor) return channels::is_wide(layout.type);
+  if (channels::kind_of(request.channel).find_option("input-scale") == nullptr) return channels::is_wide(layout.type);
   const auto given = [&](const char* name) {
     const auto number = channels::number_of(request.options, name, -1e300, 1e300);
     return number ? *number : std::nullopt;  // what is no number is refused later
@@ -76,15 +76,7 @@ void describe_parts(LayerPlan& plan) {
   plan.info = plan.parts.front();
 }
 
-// Of a layer for which the user names no format.
-TexelFormat usual_format(ChannelType channel, SampleType samples, bool may_be_empty) {
-  // Coverage has to be stored when there can be texels without data; an opaque format is the user's explicit wish.
-  if (channel == ChannelType::kColor && may_be_empty) return TexelFormat::kRgba8;
-  if (channel == ChannelType::kMaterial && sample_bytes(samples) > 1) return TexelFormat::kR16;
-  return channel_info(channel).default_format;
-}
-
-// All of the layer but its place and size, and its format when that is for usual_format() to say. `first` is the first source's.
+// All of the layer but its place and size, and its format when the sources have a say in it. `first` is the first source's.
 Result<LayerInfo> describe_layer(const LayerRequest& request, const channels::SampleLayout& first) {
   if (request.name.empty() || !store::is_plain_text(request.name))
     return fail(ErrorCode::kUsage, "a layer cannot be called \"" + request.name +
@@ -92,8 +84,9 @@ Result<LayerInfo> describe_layer(const LayerRequest& request, const channels::Sa
   LayerInfo info;
   info.name = request.name;
   info.channel = request.channel;
-  info.format = request.format.value_or(channel_info(request.channel).default_format);
-  info.transfer = request.channel == ChannelType::kColor ? Transfer::kSrgb : Transfer::kLinear;
+  const channels::ChannelKind& kind = channels::kind_of(request.channel);
+  info.format = request.format.value_or(kind.usual_format(first.type, false));
+  info.transfer = kind.transfer;
   if (request.tile_texels < 4 || request.tile_texels > 4096 || !std::has_single_bit(static_cast<unsigned>(request.tile_texels)))
     return fail(ErrorCode::kUsage, "tile size " + std::to_string(request.tile_texels) + " is not a power of two from 4 to 4096");
   info.tile_exponent = static_cast<std::uint8_t>(std::countr_zero(static_cast<unsigned>(request.tile_texels)));
@@ -143,10 +136,8 @@ std::string hash_of(std::string_view text) {
 
 // Of a file what it holds decides; a hash says it in few bytes.
 std::string option_in_settings(ChannelType channel, const std::string& name, const std::string& value) {
-  const bool is_file = std::ranges::any_of(channels::all_options(), [&](const channels::OptionInfo& info) {
-    return info.channel == channel && info.name == name && info.is_file;
-  });
-  return is_file ? hash_of(value) : value;
+  const channels::OptionInfo* const option = channels::kind_of(channel).find_option(name);
+  return option != nullptr && option->is_file ? hash_of(value) : value;
 }
 
 nlohmann::ordered_json part_in_settings(const channels::Part& part) {
@@ -173,7 +164,7 @@ nlohmann::ordered_json edge_rules_of(const LayerPlan& plan) {
 nlohmann::ordered_json settings_of(const LayerPlan& plan, const std::vector<OpenSource>& sources, const std::vector<SourcePlaces>& places) {
   const LayerRequest& request = plan.request;
   nlohmann::ordered_json settings;
-  settings["channel"] = channel_info(request.channel).name;
+  settings["channel"] = channels::channel_name(request.channel);
   settings["format"] = format_info(plan.info.format).name;
   settings["kernel"] = plan.kernel.name;
   for (const auto& [name, value] : request.options) settings["options"][name] = option_in_settings(request.channel, name, value);
@@ -305,10 +296,6 @@ Result<void> give_codecs(const channels::ChannelSettings& settings, const std::v
   return {};
 }
 
-bool chooses_stored_light(const LayerRequest& request, TexelFormat format) {
-  return request.channel == ChannelType::kIllumination && format != TexelFormat::kRgba32Float && !request.options.contains("stored-scale");
-}
-
 // The layer of that name and channel that is in the store.
 const LayerInfo* stored_layer(const LayerRequest& request, const std::optional<DatasetFrame>& frame) {
   if (!frame) return nullptr;
@@ -356,6 +343,7 @@ Result<void> plan_with_sources(const LayerRequest& request, const std::optional<
   }
   VT_CHECK(choosing.result());
   const channels::SampleLayout& first = samples.front().layout;
+  const channels::ChannelKind& kind = channels::kind_of(request.channel);
   VT_ASSIGN(plan.info, describe_layer(request, first));
   VT_ASSIGN(const SourceBounds bounds, find_bounds(request, frame, plan.crs, sources, threads));
   const Strays strays = find_strays(plan.crs, sources, bounds.together);
@@ -379,15 +367,16 @@ Result<void> plan_with_sources(const LayerRequest& request, const std::optional<
   const LayerInfo* const stored = stored_layer(request, frame);
   if (!request.format) {
     // A layer that is there keeps its format when its sources come to cover more of it, or less.
-    const bool keeps_format = request.channel == ChannelType::kColor && stored != nullptr && was_ever_complete(*stored);
+    const bool has_cover_in_format = kind.usual_format(first.type, true) != kind.usual_format(first.type, false);
+    const bool keeps_format = has_cover_in_format && stored != nullptr && was_ever_complete(*stored);
     plan.info.format =
-        keeps_format ? stored->format : usual_format(request.channel, first.type, !is_surely_covered(plan.info, plan.crs, sources, places));
+        keeps_format ? stored->format : kind.usual_format(first.type, !is_surely_covered(plan.info, plan.crs, sources, places));
   }
   const bool samples_are_wide = std::ranges::any_of(samples, [&](const ChosenSamples& one) { return needs_wide(request, one.layout); });
   channels::ChannelSettings settings = settings_for(request, plan.info, samples_are_wide);
   VT_CHECK(give_codecs(settings, sources, places));
-  VT_CHECK(check_horizon_unit(request, places));
-  if (chooses_stored_light(request, plan.info.format)) {
+  VT_CHECK(check_samples(request, places));
+  if (kind.chooses_stored_light(plan.info.format, request.options)) {
     VT_ASSIGN(settings.stored_light, stored_light_of(request, options.existing != nullptr ? options.existing : stored, places));
     if (settings.stored_light != 1.0) VT_CHECK(give_codecs(settings, sources, places));
   }
@@ -435,7 +424,8 @@ Result<void> plan_without_sources(const LayerRequest& request, const std::option
                                       .nodata = expected.nodata,
                                       .range = request.range};
   VT_ASSIGN(plan.info, describe_layer(request, layout));
-  if (!request.format) plan.info.format = usual_format(request.channel, expected.type, expected.has_alpha || expected.nodata.has_value());
+  if (!request.format)
+    plan.info.format = channels::kind_of(request.channel).usual_format(expected.type, expected.has_alpha || expected.nodata.has_value());
   VT_CHECK(lay_out(request, frame, nullptr, 0.0, bounds, plan));
   auto codec = CodecShelf().codec_for(settings_for(request, plan.info, needs_wide(request, layout)), layout);
   if (!codec) return fail(codec.error().code, "layer '" + request.name + "': " + codec.error().message);

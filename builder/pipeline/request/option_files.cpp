@@ -18,9 +18,9 @@ Result<std::string> read_option(const std::filesystem::path& path, const std::st
 }  // namespace
 
 Result<void> load_option_files(ChannelType channel, const std::filesystem::path& folder, channels::Options& options) {
-  for (const channels::OptionInfo& info : channels::all_options()) {
+  for (const channels::OptionInfo& info : channels::kind_of(channel).options) {
     const auto given = options.find(std::string(info.name));
-    if (info.channel != channel || !info.is_file || given == options.end()) continue;
+    if (!info.is_file || given == options.end()) continue;
     VT_ASSIGN(given->second, read_option(folder / given->second, given->first));
   }
   return {};

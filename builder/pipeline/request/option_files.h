@@ -3,7 +3,7 @@
 
 #include <filesystem>
 
-#include "builder/channels/codec/channel_options.h"
+#include "builder/channels/all_channels.h"
 #include "store/result.h"
 
 namespace vt::pipeline {

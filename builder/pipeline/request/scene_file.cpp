@@ -98,9 +98,9 @@ Result<ExpectedSamples> expected_from(const json& value, const std::string& wher
 Result<LayerRequest> layer_from(const json& value, const Scene& scene, const std::filesystem::path& folder, const std::string& where) {
   LayerRequest layer;
   layer.name = value.at("name").get<std::string>();
-  const auto channel = channel_from_name(value.at("channel").get<std::string>());
+  const channels::ChannelKind* const channel = channels::find_channel(value.at("channel").get<std::string>());
   if (!channel) return fail(ErrorCode::kInvalidData, where + "/channel: unknown channel '" + value.at("channel").get<std::string>() + "'");
-  layer.channel = *channel;
+  layer.channel = channel->type;
   std::size_t index = 0;
   for (const json& source : value.value("sources", json::array())) {
     VT_ASSIGN(std::vector<SourceRequest> requests, sources_from(source, folder, where + "/sources/" + std::to_string(index++)));

@@ -5,7 +5,7 @@
 #include <optional>
 #include <string>
 
-#include "builder/channels/codec/channel_codec.h"
+#include "builder/channels/all_channels.h"
 
 namespace vt::pipeline {
 namespace {
@@ -47,22 +47,6 @@ std::vector<int> first_bands(const RasterInfo& info, const std::vector<int>& can
   return {candidates.begin(), candidates.begin() + static_cast<std::ptrdiff_t>(count)};
 }
 
-bool is_of_one_value(ChannelType channel) {
-  switch (channel) {
-    case ChannelType::kElevation:
-    case ChannelType::kMaterial:
-    case ChannelType::kSensor:
-    case ChannelType::kMask:
-      return true;
-    case ChannelType::kColor:
-    case ChannelType::kNormal:
-    case ChannelType::kHorizon:
-    case ChannelType::kIllumination:
-      return false;
-  }
-  return false;
-}
-
 struct Bands {
   std::vector<int> values;
   int coverage = kNoBand;
@@ -91,19 +75,20 @@ Result<Bands> choose_bands(const LayerRequest& request, const OpenSource& source
   }
   const std::vector<int> candidates = value_candidates(info, bands.coverage);
   // A mask layer can be of the coverage itself.
-  const bool is_value = request.channel == ChannelType::kMask && choice.kind == CoverageChoice::Kind::kAuto && bands.coverage != kNoBand &&
-                        (is_chosen ? is_named : channels::is_coverage_itself(request.channel, static_cast<int>(candidates.size())));
+  const channels::ChannelKind& kind = channels::kind_of(request.channel);
+  const bool is_value = kind.may_be_coverage && choice.kind == CoverageChoice::Kind::kAuto && bands.coverage != kNoBand &&
+                        (is_chosen ? is_named : candidates.size() > 1);
   if (is_value) {
     if (!is_chosen) bands.values = {bands.coverage};
     bands.coverage = kNoBand;
     return bands;
   }
   if (!is_chosen) {
-    VT_ASSIGN(const int wanted, channels::bands_wanted(request.channel, request.options, static_cast<int>(candidates.size())));
+    const int wanted = kind.bands_wanted(static_cast<int>(candidates.size()));
     // Several bands of equal right, as the three of a picture, are no height, class or radiance: one of them has to be chosen.
-    if (is_of_one_value(request.channel) && static_cast<int>(candidates.size()) > wanted)
+    if (kind.has_one_value && static_cast<int>(candidates.size()) > wanted)
       return fail(ErrorCode::kInvalidData, source.request.path.string() + ": has " + std::to_string(candidates.size()) +
-                                               " bands of values, and " + std::string(channel_info(request.channel).name) +
+                                               " bands of values, and " + channels::channel_name(request.channel) +
                                                " takes one; say which with --bands, for example --bands 1");
     bands.values = first_bands(info, candidates, wanted);
   }
@@ -183,8 +168,9 @@ Result<ChosenSamples> choose_samples(const LayerRequest& request, const OpenSour
   VT_ASSIGN(chosen.layout.nodata, choose_nodata(source, bands.values));
   if (!bands.values.empty()) {
     chosen.layout.value_full_scale = other_full_scale(info, bands.values.front());
-    if (channels::applies_declared_scale(request.channel)) VT_CHECK(choose_numbers(source, bands.values, chosen.layout));
-    if (request.channel == ChannelType::kElevation) take_heights(info.heights, chosen.layout);
+    const channels::ChannelKind& kind = channels::kind_of(request.channel);
+    if (kind.uses_declared_scale) VT_CHECK(choose_numbers(source, bands.values, chosen.layout));
+    if (kind.holds_heights) take_heights(info.heights, chosen.layout);
   }
   if (bands.coverage != kNoBand) {
     chosen.bands.push_back(bands.coverage);

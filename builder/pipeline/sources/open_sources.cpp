@@ -5,7 +5,7 @@
 #include <optional>
 #include <span>
 
-#include "builder/channels/codec/channel_codec.h"
+#include "builder/channels/all_channels.h"
 #include "builder/pipeline/parallel/error_list.h"
 #include "builder/pipeline/parallel/parallel.h"
 #include "builder/pipeline/sources/source_place.h"
@@ -61,7 +61,7 @@ Result<OpenSource> open_source(const SourceRequest& request, ChannelType channel
   options.extent = request.extent;
   // Several values are a colour, which is compared with what is read.
   if (request.nodata.size() == 1) options.nodata = request.nodata.front();
-  options.as_numbers = !channels::reads_colors(channel);
+  options.as_numbers = !channels::kind_of(channel).reads_colors;
   options.cache = shared.cache;
   options.files = shared.files;
   options.scratch = shared.scratch;

@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "builder/channels/all_channels.h"
 #include "builder/pipeline/sources/globe_turns.h"
 #include "builder/source/wrapped_raster.h"
 

@@ -5,7 +5,7 @@
 #include <cstdio>
 #include <filesystem>
 
-#include "builder/channels/codec/channel_codec.h"
+#include "builder/channels/all_channels.h"
 #include "builder/channels/shared/declared_unit.h"
 #include "builder/pipeline/sources/source_place.h"
 #include "builder/resample/warped_reader.h"
@@ -31,8 +31,9 @@ std::string declared_number(const channels::SampleLayout& layout) {
 void remark_on_numbers(const LayerRequest& request, const OpenSource& source, const resample::PlacedSource& placed,
                        SharedRemarks& remarks) {
   const std::string path = source.request.path.string();
-  if (channels::applies_declared_scale(request.channel)) {
-    const bool is_plain_metre = request.channel == ChannelType::kElevation && channels::metres_of_unit(placed.layout.unit) == 1.0;
+  const channels::ChannelKind& kind = channels::kind_of(request.channel);
+  if (kind.uses_declared_scale) {
+    const bool is_plain_metre = kind.holds_heights && channels::metres_of_unit(placed.layout.unit) == 1.0;
     channels::SampleLayout declared = placed.layout;
     if (is_plain_metre) declared.unit.clear();
     const std::string text = declared_number(declared);
@@ -49,8 +50,8 @@ void remark_on_numbers(const LayerRequest& request, const OpenSource& source, co
     const source::BandMeaning& meaning = source.raster->info().meaning[static_cast<std::size_t>(band)];
     if (meaning.scale.value_or(1.0) == 1.0 && meaning.offset.value_or(0.0) == 0.0) continue;
     remarks.add("declares a scale of " + text::number_text(meaning.scale.value_or(1.0)) + " and an offset of " +
-                    text::number_text(meaning.offset.value_or(0.0)) + " for its samples, which " +
-                    std::string(channel_info(request.channel).name) + " layers do not use",
+                    text::number_text(meaning.offset.value_or(0.0)) + " for its samples, which " + channels::channel_name(request.channel) +
+                    " layers do not use",
                 path);
     return;
   }
@@ -74,18 +75,6 @@ std::string bands_taken(const OpenSource& source, const resample::PlacedSource& 
          " taken; --bands names others";
 }
 
-bool concerns(source::Concern concern, ChannelType channel) {
-  switch (concern) {
-    case source::Concern::kAll:
-      return true;
-    case source::Concern::kColor:
-      return channel == ChannelType::kColor || channel == ChannelType::kIllumination;
-    case source::Concern::kHeights:
-      return channel == ChannelType::kElevation;
-  }
-  return true;
-}
-
 // What the file holds that counts in another way, or not at all.
 void remark_on_file(const LayerRequest& request, const OpenSource& source, SharedRemarks& remarks) {
   const source::RasterInfo& info = source.raster->info();
@@ -96,8 +85,9 @@ void remark_on_file(const LayerRequest& request, const OpenSource& source, Share
     remarks.add("declared in " + info.declared_crs_text + ", but taken to be in " + source.crs.text() + ", as asked for", path);
   if (looks_like_degrees(source))
     remarks.add("coordinates look like degrees, but " + source.crs.text() + " counts lengths; check the CRS", path);
+  const source::Concern special = channels::kind_of(request.channel).concern;
   for (const source::UnusedFact& fact : info.unused)
-    if (concerns(fact.concern, request.channel))
+    if (fact.concern == source::Concern::kAll || fact.concern == special)
       remarks.add("holds " + fact.what + ", which is not used" + (fact.instead.empty() ? "" : ": " + fact.instead), path);
 }
 
@@ -148,6 +138,7 @@ void remark_on(const LayerRequest& request, const geo::Crs& crs, const std::vect
   Remarks clear("stored without their coverage");
   Remarks ranges("taken as black at 0 and white at 65535");
   SharedRemarks shared;
+  const channels::ChannelKind& kind = channels::kind_of(request.channel);
   for (std::size_t i = 0; i < sources.size(); ++i) {
     const OpenSource& source = sources[i];
     const std::string path = source.request.path.string();
@@ -173,12 +164,11 @@ void remark_on(const LayerRequest& request, const geo::Crs& crs, const std::vect
       moved.add(path + ": moved by " + two_digits(placed.moved.x) + " texels to the east and " + two_digits(placed.moved.y) +
                 " to the south (nearest), because its grid is not the layer's; its samples stay as they are");
     const bool is_opaque = request.format == TexelFormat::kRgb8 || request.format == TexelFormat::kBc1;
-    if (request.channel == ChannelType::kColor && is_opaque && placed.layout.has_alpha)
+    if (kind.fourth_is_coverage && is_opaque && placed.layout.has_alpha)
       clear.add(path + ": has a coverage band that " + std::string(format_info(*request.format).name) +
                 " cannot store, what is clear shows its neighbours' colour; to keep it use " +
                 (request.format == TexelFormat::kBc1 ? "bc3 or bc7" : "rgba8"));
-    if (request.channel == ChannelType::kColor && info.sample_type == SampleType::kUint16 && !placed.layout.value_full_scale &&
-        !request.range)
+    if (kind.has_black_and_white && info.sample_type == SampleType::kUint16 && !placed.layout.value_full_scale && !request.range)
       ranges.add(path + ": 0 is taken as black and 65535 as white; if the picture comes out dark, give --range LOW,HIGH");
   }
   shared.append_to(warnings);

@@ -4,6 +4,7 @@
 #include <optional>
 #include <vector>
 
+#include "builder/channels/all_channels.h"
 #include "builder/encode/bc1/bc1_encoder.h"
 #include "builder/pipeline/build/plan_cost.h"
 #include "builder/pipeline/plan/layer_plan.h"
@@ -169,11 +170,11 @@ Result<WriteSeconds> write_seconds(const std::filesystem::path& path, std::uint6
 }
 
 Result<pipeline::LayerPlan> plan_for(const std::filesystem::path& input, const JobKind& job) {
-  const auto channel = channel_from_name(job.channel);
+  const auto channel = channels::find_channel(job.channel);
   if (!channel) return fail(ErrorCode::kInternal, "no channel is called " + job.channel);
   pipeline::LayerRequest request;
   request.name = job.channel;
-  request.channel = *channel;
+  request.channel = channel->type;
   request.sources.push_back({.path = input, .fallback_crs = geo::Crs::from_text("pixel").value()});
   request.kernel = job.kernel;
   request.format = format_from_name(job.format);

@@ -1,13 +1,14 @@
-#include "tools/cli/class_names.h"
+#include "tools/vtinspect/class_names.h"
 
 #include <algorithm>
 #include <charconv>
 #include <nlohmann/json.hpp>
 
+#include "builder/channels/all_channels.h"
 #include "builder/text/json_text.h"
 #include "store/format/text.h"
 
-namespace vt::cli {
+namespace vt::inspect {
 namespace {
 
 using Json = nlohmann::json;
@@ -66,7 +67,7 @@ std::string ClassTable::summary() const {
 ClassTable class_table_of(const LayerInfo& layer) {
   ClassTable table;
   const Json metadata = text::json_or_null(layer.metadata_json);
-  if (layer.channel != ChannelType::kMaterial || !metadata.is_object()) return table;
+  if (channels::kind_of(layer.channel).shown != channels::Shown::kClasses || !metadata.is_object()) return table;
   table.no_data = code_from(metadata, "no_data_class");
   const auto list = metadata.find("classes");
   if (list == metadata.end() || !list->is_array()) return table;
@@ -79,4 +80,4 @@ ClassTable class_table_of(const LayerInfo& layer) {
   return table;
 }
 
-}  // namespace vt::cli
+}  // namespace vt::inspect

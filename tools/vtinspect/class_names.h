@@ -10,7 +10,7 @@
 
 #include "store/layer.h"
 
-namespace vt::cli {
+namespace vt::inspect {
 
 struct ClassInfo {
   std::string name;
@@ -33,4 +33,4 @@ struct ClassTable {
 // Empty for layers of other channels, and for layers that were given no table.
 [[nodiscard]] ClassTable class_table_of(const LayerInfo& layer);
 
-}  // namespace vt::cli
+}  // namespace vt::inspect

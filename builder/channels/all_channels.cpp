@@ -1,0 +1,85 @@
+#include "builder/channels/all_channels.h"
+
+#include <algorithm>
+#include <cassert>
+#include <vector>
+
+#include "builder/channels/color/color.h"
+#include "builder/channels/elevation/elevation.h"
+#include "builder/channels/horizon/horizon.h"
+#include "builder/channels/illumination/illumination.h"
+#include "builder/channels/mask/mask.h"
+#include "builder/channels/material/material.h"
+#include "builder/channels/normal/normal.h"
+#include "builder/channels/sensor/sensor.h"
+
+namespace vt::channels {
+namespace {
+
+// One row a channel, in the order of their numbers.
+std::vector<const ChannelKind*>& rows() {
+  static std::vector<const ChannelKind*> kinds = {
+      &kColorKind, &kNormalKind, &kHorizonKind, &kElevationKind, &kMaterialKind, &kSensorKind, &kIlluminationKind, &kMaskKind,
+  };
+  return kinds;
+}
+
+constexpr ChannelKind kUnknownKind{
+    .name = "unknown",
+    .usual_format = [](SampleType, bool) { return TexelFormat::kRgba32Float; },
+    .make = [](const ChannelSettings& settings, const SampleLayout&) -> MadeCodec {
+      return fail(ErrorCode::kUnsupported,
+                  channel_name(settings.channel) + " is not known to this program, which can show its texels and not make them");
+    }};
+
+std::string option_names(const ChannelKind& kind) {
+  std::string names;
+  for (const OptionInfo& option : kind.options) names += (names.empty() ? "" : ", ") + std::string(option.name);
+  return names.empty() ? "none" : names;
+}
+
+}  // namespace
+
+const OptionInfo* ChannelKind::find_option(std::string_view option) const {
+  const auto found = std::ranges::find(options, option, &OptionInfo::name);
+  return found == options.end() ? nullptr : &*found;
+}
+
+std::span<const ChannelKind* const> all_channels() { return rows(); }
+
+const ChannelKind& kind_of(ChannelType type) {
+  const auto found = std::ranges::find(rows(), type, &ChannelKind::type);
+  return found == rows().end() ? kUnknownKind : **found;
+}
+
+const ChannelKind* find_channel(std::string_view name) {
+  const auto found = std::ranges::find(rows(), name, &ChannelKind::name);
+  return found == rows().end() ? nullptr : *found;
+}
+
+std::string channel_name(ChannelType type) {
+  const ChannelKind& kind = kind_of(type);
+  return &kind == &kUnknownKind ? "channel " + std::to_string(static_cast<unsigned>(type)) : std::string(kind.name);
+}
+
+ExtraChannel::ExtraChannel(const ChannelKind& kind) {
+  assert(static_cast<std::uint16_t>(kind.type) >= kFirstPrivateChannel);
+  assert(&kind_of(kind.type) == &kUnknownKind && find_channel(kind.name) == nullptr);
+  rows().push_back(&kind);
+}
+
+Result<void> check_options(ChannelType channel, const Options& options) {
+  const ChannelKind& kind = kind_of(channel);
+  for (const auto& [name, value] : options)
+    if (kind.find_option(name) == nullptr)
+      return fail(ErrorCode::kUsage,
+                  "option " + name + " does not belong to " + channel_name(channel) + " layers; theirs: " + option_names(kind));
+  return {};
+}
+
+Result<std::unique_ptr<const ChannelCodec>> make_codec(const ChannelSettings& settings, const SampleLayout& layout) {
+  VT_CHECK(check_options(settings.channel, settings.options));
+  return kind_of(settings.channel).make(settings, layout);
+}
+
+}  // namespace vt::channels
