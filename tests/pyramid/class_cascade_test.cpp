@@ -17,7 +17,7 @@ namespace {
 
 using channels::ClassCounting;
 
-constexpr int kTileExponent = 4;
+constexpr int kClassTile = 4;
 constexpr int kVoid = -1;
 
 // The finest level, class by class; kVoid where there are no data.
@@ -81,9 +81,9 @@ void expect_planes(const channels::ConstPlaneRow& planes, std::int64_t i, const 
 }
 
 // Holds every row that comes, and its neighbours, to the definition.
-class Judge final : public RowSink {
+class ClassJudge final : public RowSink {
  public:
-  Judge(const ClassImage& base, const Cascade& cascade, int depth, int ranked)
+  ClassJudge(const ClassImage& base, const Cascade& cascade, int depth, int ranked)
       : base_(base), cascade_(cascade), depth_(depth), ranked_(ranked) {}
 
   void row(int k, std::int64_t y, const channels::RowNeighbourhood& rows) override {
@@ -134,20 +134,20 @@ void feed_base(ClassCascade& cascade, const ClassImage& base, int ranked, RowSin
 // All blocks of one tier; `carry` is what the tier before left, and then what this one leaves.
 void run_tier(const ClassImage& base, const ClassCounting& classes, int depth, int outputs, bool with_carry, CarryMap& carry) {
   const TexelRect data = base.layer.data_at(depth);
-  const std::int64_t block = std::int64_t{1} << (kTileExponent + outputs);
+  const std::int64_t block = std::int64_t{1} << (kClassTile + outputs);
   CarryMap left;
   for (std::int64_t by = data.y / block; by * block < data.bottom(); ++by)
     for (std::int64_t bx = data.x / block; bx * block < data.right(); ++bx) {
       ClassCascade cascade(plan_block({bx * block, by * block, block, block}, base.layer, depth, outputs, with_carry, box_kernel()),
-                           base.layer, outputs, classes, kTileExponent);
-      Judge judge(base, cascade, depth, classes.ranked);
+                           base.layer, outputs, classes, kClassTile);
+      ClassJudge judge(base, cascade, depth, classes.ranked);
       if (depth == 0) {
         feed_base(cascade, base, classes.ranked, judge);
       } else {
         const TexelRect active = cascade.level(0).active;
-        for (std::int64_t row = active.y >> kTileExponent; row <= (active.bottom() - 1) >> kTileExponent; ++row) {
+        for (std::int64_t row = active.y >> kClassTile; row <= (active.bottom() - 1) >> kClassTile; ++row) {
           std::vector<std::vector<std::byte>> tiles;
-          const std::vector<std::int64_t> columns = carry_columns(cascade.level(0), kTileExponent);
+          const std::vector<std::int64_t> columns = carry_columns(cascade.level(0), kClassTile);
           for (const std::int64_t column : columns) tiles.push_back(carry.at({column, row}));
           const auto fed = cascade.feed_carry({.row = row, .columns = columns, .tiles = tiles}, judge);
           ASSERT_TRUE(fed.has_value()) << fed.error().message;
@@ -217,7 +217,7 @@ TEST(ClassCascade, AClassThatTheLayerHasNotIsSaid) {
   };
   const auto message_of = [](float id, const ClassCounting& classes) {
     const TexelRect data{0, 0, 20, 8};
-    ClassCascade cascade(plan_block({0, 0, 32, 32}, data, 1, true, box_kernel()), {data}, 1, classes, kTileExponent);
+    ClassCascade cascade(plan_block({0, 0, 32, 32}, data, 1, true, box_kernel()), {data}, 1, classes, kClassTile);
     NoSink sink;
     for (int y = 0; y < 8; ++y) {
       const channels::PlaneRow row = cascade.begin_row();
@@ -299,7 +299,7 @@ TEST(ClassCarry, TilesWithTooFewOrTooManyBytesAreCorrupt) {
   };
   const auto feed = [](std::vector<std::byte> tile) {
     const LayerShape layer{{0, 0, 64, 64}};
-    ClassCascade cascade(plan_block({0, 0, 16, 16}, layer, 2, 1, false, box_kernel()), layer, 1, {}, kTileExponent);
+    ClassCascade cascade(plan_block({0, 0, 16, 16}, layer, 2, 1, false, box_kernel()), layer, 1, {}, kClassTile);
     NoSink sink;
     const std::vector<std::vector<std::byte>> tiles{std::move(tile)};
     const std::vector<std::int64_t> columns{0};

@@ -13,18 +13,18 @@
 namespace vt::pyramid {
 namespace {
 
-constexpr int kPlanes = 2;  // a value and the weight
+constexpr int kHalvedPlanes = 2;  // a value and the weight
 constexpr int kWeight = 1;
 
-const test::PlaneRules& rules() {
-  static const test::PlaneRules made = test::PlaneRules::linear(kPlanes);
+const test::PlaneRules& halved_rules() {
+  static const test::PlaneRules made = test::PlaneRules::linear(kHalvedPlanes);
   return made;
 }
 
 // `value` and `weight` of texels.
 test::WholeImage image_of(const LayerShape& layer, const std::function<double(std::int64_t, std::int64_t)>& value,
                           const std::function<double(std::int64_t, std::int64_t)>& weight) {
-  test::WholeImage image(layer, 0, kPlanes);
+  test::WholeImage image(layer, 0, kHalvedPlanes);
   for (std::int64_t y = image.data.y; y < image.data.bottom(); ++y)
     for (std::int64_t x = image.data.x; x < image.data.right(); ++x) {
       image.at(x, y, kWeight) = static_cast<float>(weight(x, y));
@@ -88,9 +88,9 @@ TEST(HalvePlanes, NoLevelGainsOrLosesCoverageOrLight) {
       for (const auto& weight : {std::function(opaque), blobs(1, size, false), blobs(2, size, true), noise(3)})
         for (const auto& value : {noise(4), std::function<double(std::int64_t, std::int64_t)>(frame(data))}) {
           const test::WholeImage base = image_of({.data = data}, value, weight);
-          const Levels levels = levels_by_cascade({.base = base, .kernel = kernel, .rules = rules()});
+          const Levels levels = levels_by_cascade({.base = base, .kernel = kernel, .rules = halved_rules()});
           for (std::size_t k = 1; k < levels.size(); ++k)
-            for (int p = 0; p < kPlanes; ++p) {
+            for (int p = 0; p < kHalvedPlanes; ++p) {
               const double wanted = sum_of(base, p);
               // Two passes a level round by 2^-24 of what they hold, at random.
               ASSERT_NEAR(sum_of(levels[k], p) * std::exp2(2.0 * static_cast<double>(k)), wanted, 1e-5 * wanted)
@@ -105,7 +105,7 @@ TEST(HalvePlanes, CoverageIsTheAreaWithData) {
   for (const HalvingKernel& kernel : means())
     for (const TexelRect data : {TexelRect{0, 0, 64, 48}, TexelRect{0, 0, 51, 61}}) {
       const test::WholeImage base = image_of({.data = data}, noise(1), blobs(7, 60, true));
-      const Levels levels = levels_by_cascade({.base = base, .kernel = kernel, .rules = rules()});
+      const Levels levels = levels_by_cascade({.base = base, .kernel = kernel, .rules = halved_rules()});
       for (int k = 1; k < static_cast<int>(levels.size()); ++k) {
         const test::WholeImage& level = levels[static_cast<std::size_t>(k)];
         for (std::int64_t y = 0; y < level.data.height; ++y)
@@ -126,7 +126,7 @@ TEST(HalvePlanes, AConstantStaysConstantWhateverIsMissing) {
     for (const auto& weight : {std::function(opaque), blobs(3, 80, false), blobs(4, 80, true), noise(9)}) {
       const test::WholeImage base = image_of(
           {.data = {0, 0, 80, 61}}, [](std::int64_t, std::int64_t) { return 0.3; }, weight);
-      for (const test::WholeImage& level : levels_by_cascade({.base = base, .kernel = kernel, .rules = rules()}))
+      for (const test::WholeImage& level : levels_by_cascade({.base = base, .kernel = kernel, .rules = halved_rules()}))
         for (std::int64_t y = 0; y < level.data.height; ++y)
           for (std::int64_t x = 0; x < level.data.width; ++x) {
             const float w = level.get(x, y, kWeight);
@@ -139,9 +139,9 @@ TEST(HalvePlanes, AConstantStaysConstantWhateverIsMissing) {
     }
   const test::WholeImage base = image_of({.data = {0, 0, 64, 32}}, noise(2), opaque);
   for (const HalvingKernel& kernel : means()) {
-    const Levels levels = levels_by_cascade({.base = base, .kernel = kernel, .rules = rules()});
+    const Levels levels = levels_by_cascade({.base = base, .kernel = kernel, .rules = halved_rules()});
     for (std::size_t k = 0; k <= 5; ++k)
-      for (std::size_t i = kWeight; i < levels[k].floats.size(); i += kPlanes) ASSERT_EQ(levels[k].floats[i], 1.0F) << kernel.name;
+      for (std::size_t i = kWeight; i < levels[k].floats.size(); i += kHalvedPlanes) ASSERT_EQ(levels[k].floats[i], 1.0F) << kernel.name;
   }
 }
 
@@ -149,11 +149,11 @@ TEST(HalvePlanes, AConstantStaysConstantWhateverIsMissing) {
 TEST(HalvePlanes, EvenlyTranslucentDataHaveTheColoursOfOpaqueOnes) {
   for (const HalvingKernel& kernel : means()) {
     const LayerShape layer{.data = {0, 0, 61, 40}};
-    const Levels full = levels_by_cascade({.base = image_of(layer, noise(5), opaque), .kernel = kernel, .rules = rules()});
+    const Levels full = levels_by_cascade({.base = image_of(layer, noise(5), opaque), .kernel = kernel, .rules = halved_rules()});
     const auto veil = [](std::int64_t, std::int64_t) { return 0.3; };
-    const Levels thin = levels_by_cascade({.base = image_of(layer, noise(5), veil), .kernel = kernel, .rules = rules()});
+    const Levels thin = levels_by_cascade({.base = image_of(layer, noise(5), veil), .kernel = kernel, .rules = halved_rules()});
     for (std::size_t k = 0; k < full.size(); ++k)
-      for (std::size_t i = 0; i < full[k].floats.size(); i += kPlanes)
+      for (std::size_t i = 0; i < full[k].floats.size(); i += kHalvedPlanes)
         ASSERT_NEAR(thin[k].floats[i] / thin[k].floats[i + 1], full[k].floats[i] / full[k].floats[i + 1], 3e-6) << kernel.name << " " << k;
   }
 }
@@ -198,7 +198,7 @@ Plane convolved(const Plane& plane, const HalvingKernel& kernel) {
 TEST(HalvePlanes, OpaqueDataAreConvolvedWithTheirMirrorImages) {
   for (const HalvingKernel& kernel : means()) {
     const Levels levels = levels_by_cascade(
-        {.base = image_of({.data = {0, 0, 96, 64}}, noise(6), opaque), .kernel = kernel, .rules = rules(), .levels_at_once = 2});
+        {.base = image_of({.data = {0, 0, 96, 64}}, noise(6), opaque), .kernel = kernel, .rules = halved_rules(), .levels_at_once = 2});
     Plane truth = values_of(levels[0], 0);
     for (std::size_t k = 1; k <= 5; ++k) {  // to 3 x 2 texels
       truth = transposed(convolved(transposed(convolved(truth, kernel)), kernel));
@@ -214,7 +214,7 @@ TEST(HalvePlanes, OpaqueDataAreConvolvedWithTheirMirrorImages) {
 TEST(HalvePlanes, ACutTexelHasTheColourOfItsMirroredSelf) {
   const test::WholeImage base = image_of({.data = {0, 0, 41, 28}}, noise(8), opaque);
   for (const HalvingKernel& kernel : means()) {
-    const Levels levels = levels_by_cascade({.base = base, .kernel = kernel, .rules = rules()});
+    const Levels levels = levels_by_cascade({.base = base, .kernel = kernel, .rules = halved_rules()});
     const Plane truth = transposed(convolved(transposed(convolved(values_of(base, 0), kernel)), kernel));
     for (std::int64_t y = 0; y < 14; ++y)
       for (std::int64_t x = 0; x < 21; ++x) {
@@ -260,7 +260,7 @@ TEST(HalvePlanes, TexelsThatAreNotAllThereExchangeAsMuchAsBothHave) {
   for (const HalvingKernel& kernel : means())
     for (const auto& weight : {blobs(5, 60, false), blobs(6, 60, true), noise(12)}) {
       const Levels levels =
-          levels_by_cascade({.base = image_of({.data = {0, 0, 64, 48}}, noise(10), weight), .kernel = kernel, .rules = rules()});
+          levels_by_cascade({.base = image_of({.data = {0, 0, 64, 48}}, noise(10), weight), .kernel = kernel, .rules = halved_rules()});
       Plane values = values_of(levels[0], 0);
       Plane weights = values_of(levels[0], kWeight);
       for (std::size_t k = 1; k <= 4; ++k) {
@@ -321,7 +321,7 @@ std::vector<double> natural_row(std::int64_t width, unsigned seed) {
 Levels levels_of_rows(const std::vector<double>& row, const HalvingKernel& kernel, bool is_closed) {
   const LayerShape layer{.data = {0, 0, static_cast<std::int64_t>(row.size()), 1}, .is_closed = is_closed};
   const auto value = [&](std::int64_t x, std::int64_t) { return row[static_cast<std::size_t>(x)]; };
-  return levels_by_cascade({.base = image_of(layer, value, opaque), .kernel = kernel, .rules = rules(), .levels_at_once = 2});
+  return levels_by_cascade({.base = image_of(layer, value, opaque), .kernel = kernel, .rules = halved_rules(), .levels_at_once = 2});
 }
 
 // Every level that wraps, and the one above it, is that of a row without an end, to the last column.
@@ -381,9 +381,9 @@ TEST(HalvePlanes, LevelsThatWrapKeepTheirSums) {
     const auto at_the_seam = [](std::int64_t x, std::int64_t) { return x == 95 ? 1.0 : 0.0; };
     for (const auto& weight : {std::function(opaque), blobs(8, 96, true)}) {
       const test::WholeImage base = image_of(layer, at_the_seam, weight);
-      const Levels levels = levels_by_cascade({.base = base, .kernel = kernel, .rules = rules()});
+      const Levels levels = levels_by_cascade({.base = base, .kernel = kernel, .rules = halved_rules()});
       for (std::size_t k = 1; k <= 5; ++k)
-        for (int p = 0; p < kPlanes; ++p)
+        for (int p = 0; p < kHalvedPlanes; ++p)
           EXPECT_NEAR(sum_of(levels[k], p) * std::exp2(2.0 * static_cast<double>(k)), sum_of(base, p), 1e-5 * sum_of(base, p))
               << kernel.name;
     }

@@ -13,20 +13,20 @@ namespace {
 
 using channels::PlaneRule;
 
-constexpr int kPlanes = 5;  // two values, the weight, and the least and the greatest of the first value
-constexpr int kWeight = 2;
+constexpr int kCascadePlanes = 5;  // two values, the weight, and the least and the greatest of the first value
+constexpr int kCascadeWeight = 2;
 constexpr std::size_t kHigh = 0, kLow = 1;  // of a value in two planes
 
-const test::PlaneRules& rules() {
+const test::PlaneRules& cascade_rules() {
   static const test::PlaneRules made{{PlaneRule::kLinear, PlaneRule::kLinear, PlaneRule::kLinear, PlaneRule::kLeast, PlaneRule::kGreatest},
-                                     kWeight};
+                                     kCascadeWeight};
   return made;
 }
 
 enum class Content { kOpaque, kHoles, kTranslucent };
 
 test::WholeImage make_image(const LayerShape& layer, Content content) {
-  test::WholeImage image(layer, 0, kPlanes);
+  test::WholeImage image(layer, 0, kCascadePlanes);
   const TexelRect& data = layer.data;
   std::mt19937 random(static_cast<unsigned>(data.width * 31 + data.height));
   std::uniform_real_distribution<float> uniform(0.0F, 1.0F);
@@ -35,9 +35,9 @@ test::WholeImage make_image(const LayerShape& layer, Content content) {
       float weight = 1.0F;
       if (content == Content::kHoles && (((x / 9) % 5 == 1 && (y / 7) % 4 == 2) || uniform(random) < 0.05F)) weight = 0.0F;
       if (content == Content::kTranslucent) weight = uniform(random);
-      for (int p = 0; p < kWeight; ++p) image.at(x, y, p) = weight * uniform(random);
-      image.at(x, y, kWeight) = weight;
-      for (const int p : {3, 4}) image.at(x, y, p) = weight > 0.0F ? image.at(x, y, 0) : rules().nothing(p);
+      for (int p = 0; p < kCascadeWeight; ++p) image.at(x, y, p) = weight * uniform(random);
+      image.at(x, y, kCascadeWeight) = weight;
+      for (const int p : {3, 4}) image.at(x, y, p) = weight > 0.0F ? image.at(x, y, 0) : cascade_rules().nothing(p);
     }
   return image;
 }
@@ -71,10 +71,10 @@ TEST(PlaneCascade, BlocksEqualTheWholeImageBitForBit) {
     for (const Content content : {Content::kOpaque, Content::kHoles, Content::kTranslucent})
       for (const LayerShape& layer : every_shape()) {
         const test::WholeImage base = make_image(layer, content);
-        const Levels truth = levels_by_definition(base, kernel, rules());
+        const Levels truth = levels_by_definition(base, kernel, cascade_rules());
         for (const int levels_at_once : {1, 2, 9}) {
-          const Levels result =
-              levels_by_cascade({.base = base, .kernel = kernel, .rules = rules(), .levels_at_once = levels_at_once, .truth = &truth});
+          const Levels result = levels_by_cascade(
+              {.base = base, .kernel = kernel, .rules = cascade_rules(), .levels_at_once = levels_at_once, .truth = &truth});
           for (std::size_t k = 0; k < truth.size(); ++k)
             ASSERT_EQ(result[k].floats, truth[k].floats)
                 << kernel.name << (kernel.limits_ringing ? " limited, " : ", ") << layer.data.width << " x " << layer.data.height
@@ -86,7 +86,7 @@ TEST(PlaneCascade, BlocksEqualTheWholeImageBitForBit) {
 // A value in two planes is the double-precision mean at every level: 9 levels of heights about 2^31 and about 10^6 with a relief of
 // millimetres, holes among them, against sums in long double over all finest texels.
 TEST(PlaneCascade, APlaneAndItsRemainderAreTheMeanInDoublePrecision) {
-  const test::PlaneRules pair{{PlaneRule::kLinear, PlaneRule::kRemainder, PlaneRule::kLinear}, kWeight};
+  const test::PlaneRules pair{{PlaneRule::kLinear, PlaneRule::kRemainder, PlaneRule::kLinear}, kCascadeWeight};
   constexpr std::int64_t kEdge = 512;
   for (const double base : {2147483000.0, 1e6, -0.1}) {
     std::vector<double> heights(kEdge * kEdge);
@@ -101,7 +101,7 @@ TEST(PlaneCascade, APlaneAndItsRemainderAreTheMeanInDoublePrecision) {
         if (is_hole) continue;
         level.at(x, y, kHigh) = static_cast<float>(height);
         level.at(x, y, kLow) = static_cast<float>(height - static_cast<double>(static_cast<float>(height)));
-        level.at(x, y, kWeight) = 1.0F;
+        level.at(x, y, kCascadeWeight) = 1.0F;
       }
     for (int k = 1; k <= 9; ++k) {
       level = test::halve_whole(level, box_kernel(), pair);
@@ -118,7 +118,7 @@ TEST(PlaneCascade, APlaneAndItsRemainderAreTheMeanInDoublePrecision) {
               }
           if (count == 0) continue;
           const double value = (static_cast<double>(level.get(x, y, kHigh)) + static_cast<double>(level.get(x, y, kLow))) /
-                               static_cast<double>(level.get(x, y, kWeight));
+                               static_cast<double>(level.get(x, y, kCascadeWeight));
           // Two floats hold 48 bits; each level rounds the lower one once.
           ASSERT_NEAR(value, static_cast<double>(sum / static_cast<long double>(count)), 9 * std::abs(base) * 0x1p-48)
               << base << ", level " << k;
@@ -128,7 +128,7 @@ TEST(PlaneCascade, APlaneAndItsRemainderAreTheMeanInDoublePrecision) {
 }
 
 TEST(PlaneCascade, RemaindersOfBlocksEqualThoseOfTheWholeImageBitForBit) {
-  const test::PlaneRules pair{{PlaneRule::kLinear, PlaneRule::kRemainder, PlaneRule::kLinear}, kWeight};
+  const test::PlaneRules pair{{PlaneRule::kLinear, PlaneRule::kRemainder, PlaneRule::kLinear}, kCascadeWeight};
   for (const char* name : {"box", "point"})
     for (const LayerShape& layer : every_shape()) {
       const HalvingKernel kernel = *kernel_from_name(name);
@@ -141,7 +141,7 @@ TEST(PlaneCascade, RemaindersOfBlocksEqualThoseOfTheWholeImageBitForBit) {
           const double value = height(random);
           base.at(x, y, kHigh) = static_cast<float>(value);
           base.at(x, y, kLow) = static_cast<float>(value - static_cast<double>(static_cast<float>(value)));
-          base.at(x, y, kWeight) = 1.0F;
+          base.at(x, y, kCascadeWeight) = 1.0F;
         }
       const Levels truth = levels_by_definition(base, kernel, pair);
       for (const int levels_at_once : {1, 2, 9}) {
@@ -156,9 +156,10 @@ TEST(PlaneCascade, RemaindersOfBlocksEqualThoseOfTheWholeImageBitForBit) {
 
 TEST(PlaneCascade, BytesThatAreNoCarryAreRefused) {
   const TexelRect data{0, 0, 32, 32};
-  PlaneCascade cascade(plan_block(data, data, 1, false, box_kernel()), {.data = data}, 1, {rules().rules, kWeight}, box_kernel(), 5);
-  Levels levels{test::WholeImage(data, kPlanes)};
-  Collector collector(levels, nullptr, rules());
+  PlaneCascade cascade(plan_block(data, data, 1, false, box_kernel()), {.data = data}, 1, {cascade_rules().rules, kCascadeWeight},
+                       box_kernel(), 5);
+  Levels levels{test::WholeImage(data, kCascadePlanes)};
+  Collector collector(levels, nullptr, cascade_rules());
   collector.begin_block(cascade);
   const std::vector<std::vector<std::byte>> carry{std::vector<std::byte>(17)};
   const std::vector<std::int64_t> columns{0};
@@ -169,18 +170,18 @@ TEST(PlaneCascade, BytesThatAreNoCarryAreRefused) {
 
 TEST(PlaneCascade, AConstantStaysConstantAndAHoleStaysAHole) {
   for (const HalvingKernel& kernel : {box_kernel(), kaiser3_kernel()}) {
-    test::WholeImage level({0, 0, 300, 200}, kPlanes);
+    test::WholeImage level({0, 0, 300, 200}, kCascadePlanes);
     for (std::int64_t y = 0; y < 200; ++y)
       for (std::int64_t x = 0; x < 300; ++x) {
         const bool is_hole = x >= 100 && x < 164 && y >= 60 && y < 124;
         level.at(x, y, 0) = is_hole ? 0.0F : 0.25F;
-        level.at(x, y, kWeight) = is_hole ? 0.0F : 1.0F;
+        level.at(x, y, kCascadeWeight) = is_hole ? 0.0F : 1.0F;
       }
     for (int k = 1; k <= 3; ++k) {
-      level = test::halve_whole(level, kernel, rules());
+      level = test::halve_whole(level, kernel, cascade_rules());
       for (std::int64_t y = 0; y < level.data.height; ++y)
         for (std::int64_t x = 0; x < level.data.width; ++x) {
-          const float weight = level.get(x, y, kWeight);
+          const float weight = level.get(x, y, kCascadeWeight);
           ASSERT_GE(weight, 0.0F);
           ASSERT_LE(weight, 1.0F);
           const std::int64_t fine_x = x << k;

@@ -8,7 +8,7 @@
 
 #include "store/vt_mapping.h"
 
-namespace vt::resample::test {
+namespace vt::test {
 
 struct LongPoint {
   long double x, y;
@@ -56,4 +56,4 @@ inline long double covered_area(std::vector<LongPoint> polygon, std::int64_t x, 
   return area_of(polygon);
 }
 
-}  // namespace vt::resample::test
+}  // namespace vt::test
