@@ -130,14 +130,42 @@ TEST(FolderOrder, EveryLineNamesSomethingThatIsThere) {
   }
 }
 
-TEST(FolderOrder, FoldersAreSmall) {
+// Folders with files in them, and how many: sources and tables, apart from what every folder has.
+std::map<std::string, int> folder_sizes() {
   std::map<std::string, int> sizes;
   for (const char* part : {"store", "runtime", "builder", "tools", "tests"})
     for (const std::string& file : files_below(part)) {
       const fs::path path = file;
       if (path.filename() != "CMakeLists.txt" && path.filename() != "README.md") ++sizes[path.parent_path().generic_string()];
     }
-  for (const auto& [folder, files] : sizes) EXPECT_LE(files, kMostFiles) << folder;
+  return sizes;
+}
+
+std::string text_of(const fs::path& path) {
+  std::ifstream stream(path);
+  return {std::istreambuf_iterator<char>(stream), {}};
+}
+
+TEST(FolderOrder, FoldersAreSmall) {
+  for (const auto& [folder, files] : folder_sizes()) EXPECT_LE(files, kMostFiles) << folder;
+}
+
+// By a README.md of its own, or by a word about `NAME/` in that of the folder around it.
+TEST(FolderOrder, FoldersSayWhatTheyAre) {
+  for (const auto& [folder, files] : folder_sizes()) {
+    const fs::path path = folder;
+    const bool is_named =
+        text_of(kRoot / path.parent_path() / "README.md").find("`" + path.filename().string() + "/`") != std::string::npos;
+    EXPECT_TRUE(fs::exists(kRoot / path / "README.md") || is_named) << folder;
+  }
+}
+
+TEST(FolderOrder, ReadmesAreNoLongerThanAScreen) {
+  for (const auto& [folder, files] : folder_sizes()) {
+    if (folder == "tools/vtbench") continue;  // what was measured, and how
+    const std::string text = text_of(kRoot / folder / "README.md");
+    EXPECT_LE(std::ranges::count(text, '\n'), 60) << folder;
+  }
 }
 
 }  // namespace
