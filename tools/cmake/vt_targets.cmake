@@ -1,5 +1,6 @@
 # One way to declare a room, a program and a test, so that flags are said once.
 
+# How our own files are compiled. Every target of ours links it privately: whoever embeds a library compiles with flags of their own.
 add_library(vt_flags INTERFACE)
 target_include_directories(vt_flags INTERFACE ${PROJECT_SOURCE_DIR})
 # Options are plain structs with defaults, set by designated initialisers: fields left out are meant to be.
@@ -29,11 +30,12 @@ function(vt_together)
   set_target_properties(${ARGN} PROPERTIES UNITY_BUILD ${VT_UNITY} UNITY_BUILD_BATCH_SIZE 8 VT_MAY_SHADOW ${VT_UNITY})
 endfunction()
 
-# vt_room(vt_store SOURCES a.cpp ... LINKS PUBLIC|PRIVATE ...)
+# vt_room(vt_geo SOURCES a.cpp ... LINKS PUBLIC|PRIVATE ...)
 function(vt_room name)
   cmake_parse_arguments(ARG "" "" "SOURCES;LINKS" ${ARGN})
   add_library(${name} STATIC ${ARG_SOURCES})
-  target_link_libraries(${name} PUBLIC vt_flags ${ARG_LINKS})
+  target_include_directories(${name} INTERFACE ${PROJECT_SOURCE_DIR})
+  target_link_libraries(${name} PRIVATE vt_flags PUBLIC ${ARG_LINKS})
 endfunction()
 
 function(vt_program name)
