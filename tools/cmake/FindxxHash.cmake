@@ -1,6 +1,6 @@
-# xxHash::xxhash, as xxHash's own CMake build calls it; Debian's package brings no CMake package. Installed beside vtConfig.cmake, as the
-# static library needs it where it is linked.
-# The shared library: Debian's archive is built without the choice of vector unit at run time.
+# xxHash::xxhash, as xxHash's own CMake build calls it; Debian's package brings no CMake package. Installed
+# beside vtConfig.cmake, as the static library needs it where it is linked. The shared library: Debian's
+# archive is built without the choice of vector unit at run time.
 include(FindPackageHandleStandardArgs)
 find_path(xxHash_INCLUDE_DIR xxhash.h)
 find_library(xxHash_LIBRARY NAMES xxhash)

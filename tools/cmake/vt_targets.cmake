@@ -1,12 +1,14 @@
-# One way to declare a room, a program and a test, so that flags are said once.
+# One way to declare a room, a library that others embed, a program and a test, so that flags are said once.
 
-# How our own files are compiled. Every target of ours links it privately: whoever embeds a library compiles with flags of their own.
+# How our own files are compiled. Every target of ours links it privately: whoever embeds a library compiles
+# with flags of their own.
 add_library(vt_flags INTERFACE)
 target_include_directories(vt_flags INTERFACE ${PROJECT_SOURCE_DIR})
 # Options are plain structs with defaults, set by designated initialisers: fields left out are meant to be.
 target_compile_options(vt_flags INTERFACE -Wno-missing-field-initializers)
 # VT_MAY_SHADOW: where a name may be that of the file before, see vt_together().
-# Products and sums must round the same way on every CPU, or tiles would differ from machine to machine: no contraction into fused multiply-add.
+# Products and sums must round the same way on every CPU, or tiles would differ from machine to machine: no
+# contraction into fused multiply-add.
 target_compile_options(vt_flags INTERFACE -Wall -Wextra -Wpedantic $<$<NOT:$<BOOL:$<TARGET_PROPERTY:VT_MAY_SHADOW>>>:-Wshadow> $<$<BOOL:${VT_WARNINGS_ARE_ERRORS}>:-Werror> -ffp-contract=off)
 # GCC 12 sees overlapping copies in std::string's own code (its bug 105651).
 target_compile_options(vt_flags INTERFACE $<$<CXX_COMPILER_ID:GNU>:-Wno-restrict>)
@@ -23,8 +25,9 @@ if(VT_FUZZ)
   target_link_options(vt_flags INTERFACE -fsanitize=address,undefined)
 endif()
 
-# vt_together(vt_cli ...): compiles the targets' files several at a time, where parsing what they all include takes most of the time. The price is
-# that names in their anonymous namespaces have to differ. Not in the release preset, where every file shows that it includes what it needs.
+# vt_together(vt_cli ...): compiles the targets' files several at a time, where parsing what they all include
+# takes most of the time. The price is that names in their anonymous namespaces have to differ. Not in the
+# release preset, where every file shows that it includes what it needs.
 option(VT_UNITY "Tests, tools and some rooms are compiled several files at a time" OFF)
 function(vt_together)
   set_target_properties(${ARGN} PROPERTIES UNITY_BUILD ${VT_UNITY} UNITY_BUILD_BATCH_SIZE 8 VT_MAY_SHADOW ${VT_UNITY})
@@ -36,6 +39,76 @@ function(vt_room name)
   add_library(${name} STATIC ${ARG_SOURCES})
   target_include_directories(${name} INTERFACE ${PROJECT_SOURCE_DIR})
   target_link_libraries(${name} PRIVATE vt_flags PUBLIC ${ARG_LINKS})
+endfunction()
+
+# vt_library(vt_store SOURCES a.cpp ... HEADERS store/a.h ... EXPORTS vt::store::pack* ... LINKS PUBLIC ...)
+# A library that others embed. Its files are compiled once and linked twice: vt_store, static, which our
+# programs and tests link, and vt_store_shared. vt::store is one of the two as BUILD_SHARED_LIBS says;
+# vt::store_static and vt::store_shared name each.
+# HEADERS, from the project's root, are what is installed. EXPORTS are the demangled names that the shared
+# library shows, with the wildcards of a linker version script; all others stay inside.
+function(vt_library name)
+  cmake_parse_arguments(ARG "" "" "SOURCES;HEADERS;EXPORTS;LINKS" ${ARGN})
+  string(REGEX REPLACE "^vt_" "" short ${name})
+
+  add_library(${name}_objects OBJECT ${ARG_SOURCES})
+  set(used ${ARG_LINKS})
+  list(REMOVE_ITEM used PUBLIC PRIVATE)
+  target_link_libraries(${name}_objects PRIVATE vt_flags ${used})
+
+  add_library(${name} STATIC)
+  add_library(${name}_shared SHARED)
+  add_library(vt::${short}_static ALIAS ${name})
+  add_library(vt::${short}_shared ALIAS ${name}_shared)
+  if(BUILD_SHARED_LIBS)
+    add_library(vt::${short} ALIAS ${name}_shared)
+  else()
+    add_library(vt::${short} ALIAS ${name})
+  endif()
+
+  # The shared library links the other shared libraries of ours.
+  set(shared_links ${ARG_LINKS})
+  list(TRANSFORM shared_links APPEND _shared REGEX "^vt_")
+  target_link_libraries(${name} ${ARG_LINKS})
+  target_link_libraries(${name}_shared ${shared_links})
+  foreach(kind static shared)
+    set(target ${name})
+    if(kind STREQUAL shared)
+      set(target ${name}_shared)
+    endif()
+    target_sources(${target} PRIVATE $<TARGET_OBJECTS:${name}_objects>)
+    target_include_directories(${target} INTERFACE $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}> $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}/vt>)
+    target_compile_features(${target} INTERFACE cxx_std_20)
+    set_target_properties(${target} PROPERTIES OUTPUT_NAME ${name} EXPORT_NAME ${short}_${kind} LINKER_LANGUAGE CXX)
+  endforeach()
+
+  # Before version 1 every minor version may break what is built against it, and has a name of its own.
+  set(interface ${PROJECT_VERSION_MAJOR})
+  if(PROJECT_VERSION_MAJOR EQUAL 0)
+    set(interface 0.${PROJECT_VERSION_MINOR})
+  endif()
+  string(TOUPPER ${name} node)
+  list(JOIN ARG_EXPORTS ";\n    " exports)
+  set(map ${PROJECT_BINARY_DIR}/generated/${name}.map)
+  file(CONFIGURE OUTPUT ${map} @ONLY CONTENT
+    "${node}_${interface} {\n  global: extern \"C++\" {\n    ${exports};\n  };\n  local: *;\n};\n")
+  target_link_options(${name}_shared PRIVATE LINKER:--version-script=${map} LINKER:-Bsymbolic-functions)
+  if(NOT VT_SANITIZE AND NOT VT_FUZZ)
+    target_link_options(${name}_shared PRIVATE LINKER:--no-undefined)
+  endif()
+  set_target_properties(${name}_shared PROPERTIES VERSION ${PROJECT_VERSION} SOVERSION ${interface} LINK_DEPENDS ${map}
+    INSTALL_RPATH $ORIGIN LIBRARY_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/lib)
+
+  if(VT_INSTALL)
+    install(TARGETS ${name} EXPORT vtTargets-static ARCHIVE COMPONENT development)
+    install(TARGETS ${name}_shared EXPORT vtTargets-shared LIBRARY COMPONENT development NAMELINK_COMPONENT development)
+    foreach(header IN LISTS ARG_HEADERS)
+      cmake_path(GET header PARENT_PATH folder)
+      install(FILES ${PROJECT_SOURCE_DIR}/${header} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/vt/${folder} COMPONENT development)
+    endforeach()
+  else()
+    set_target_properties(${name}_shared PROPERTIES EXCLUDE_FROM_ALL TRUE)
+  endif()
 endfunction()
 
 function(vt_program name)
@@ -52,8 +125,10 @@ function(vt_needs_pictures name)
   endif()
 endfunction()
 
-# vt_test(store_test SOURCES a_test.cpp ... LINKS vt_store [ENVIRONMENT A=b ...] [LABELS ...] [SERIAL] [TOGETHER])
-# One program a room; ctest sees every case. Test programs find real rasters through VT_TEST_DATA and skip, saying so, when it is not there.
+# vt_test(store_test SOURCES a_test.cpp ... LINKS vt_store [ENVIRONMENT A=b ...] [LABELS ...] [SERIAL]
+# [TOGETHER])
+# One program a room; ctest sees every case. Test programs find real rasters through VT_TEST_DATA and skip,
+# saying so, when it is not there.
 # TOGETHER: see vt_together().
 function(vt_test name)
   cmake_parse_arguments(ARG "SERIAL;TOGETHER" "" "SOURCES;LINKS;ENVIRONMENT;LABELS" ${ARGN})

@@ -9,14 +9,14 @@
 namespace vt::source {
 namespace {
 
-// Beside the program's folder, as the build lays it out (bin/, lib/), or in it.
+// Beside the program's folder, as the build and the installation lay it out (bin/, lib/vt/), or in it.
 Result<void*> load_library() {
   std::error_code error;
   const std::filesystem::path program = std::filesystem::read_symlink("/proc/self/exe", error);
   if (error) return fail(ErrorCode::kInternal, "cannot find this program's own folder: " + error.message());
   const std::filesystem::path folder = program.parent_path();
   std::string reasons;
-  for (const std::filesystem::path& place : {folder / "../lib/vt_pictures.so", folder / "vt_pictures.so"}) {
+  for (const std::filesystem::path& place : {folder / "../lib/vt/vt_pictures.so", folder / "vt_pictures.so"}) {
     void* const library = dlopen(place.c_str(), RTLD_NOW | RTLD_LOCAL);  // stays open until the program ends
     if (library != nullptr) return library;
     reasons += std::string("; ") + dlerror();
