@@ -56,3 +56,5 @@ if(VT_BUILD_BUILDER)
     FILES_MATCHING PATTERN *.json PATTERN tile-store.md)
   install(TARGETS vtbench RUNTIME COMPONENT bench OPTIONAL)
 endif()
+
+include(${PROJECT_SOURCE_DIR}/tools/packaging/packages.cmake)
