@@ -2,7 +2,7 @@
 // Every byte that comes from the file is checked before use. Const functions may be called from any number of threads.
 //
 // The file is a memory map, so that finding a tile costs no call of the system, reading one no copy, and an index of any size no memory of
-// ours. Other programs may cut the file off or overwrite it meanwhile, which no writer does: after guard_mappings() (mapping.h), which a
+// ours. Other programs may cut the file off or overwrite it meanwhile, which no writer does: after guard_mappings() (mapping_guard.h), which a
 // program may call, that ends in kIo; otherwise it may end in SIGBUS. Read errors of the disk are kIo in the same way.
 #pragma once
 

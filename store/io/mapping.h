@@ -11,6 +11,7 @@
 #include <span>
 
 #include "store/io/file.h"
+#include "store/mapping_guard.h"
 #include "store/result.h"
 
 namespace vt::store {
@@ -38,9 +39,5 @@ class Mapping {
   std::span<const std::byte> bytes_;
   MappingWatch* watch_ = nullptr;
 };
-
-// From now on a fault inside a Mapping ends in zeros; a SIGBUS of any other origin goes to the handler that was there before. Calling it
-// again changes nothing.
-void guard_mappings();
 
 }  // namespace vt::store

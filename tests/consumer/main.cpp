@@ -4,11 +4,13 @@
 #include <cstdio>
 #include <vector>
 
+#include "store/mapping_guard.h"
 #include "store/region.h"
 #include "store/store_reader.h"
 
 int main(int argc, char** argv) {
   if (argc != 2) return 1;
+  vt::store::guard_mappings();
   const auto reader = vt::store::StoreReader::open(argv[1]);
   if (!reader) {
     std::fprintf(stderr, "%s\n", reader.error().message.c_str());
