@@ -48,7 +48,7 @@ Result<void> Gl12Backend::load(const GlHost& host, GlTextures& textures) {
 
 Result<Gl12Backend::Upload> Gl12Backend::upload_for(TexelFormat layer_format, bool must_be_plain) const {
   if (format_info(layer_format).samples == SampleKind::kOpaque)
-    return fail(ErrorCode::kUnsupported, std::string(format_info(layer_format).name) + " layers hold no texture");
+    return fail(ErrorCode::kUnsupported, format_name(layer_format) + " layers hold no texture");
   if (compressed_ && !must_be_plain) {
     if (layer_format == TexelFormat::kBc1)
       return Upload{layer_format, {.internal = GL_COMPRESSED_RGB_S3TC_DXT1_EXT, .format = 0, .type = 0, .compressed = true}};

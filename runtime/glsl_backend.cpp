@@ -146,7 +146,7 @@ bool GlslBackend::takes_blocks(TexelFormat format) const {
 }
 
 Result<Gl12Backend::Upload> GlslBackend::upload_for(TexelFormat layer_format, bool must_be_plain) const {
-  const std::string name(format_info(layer_format).name);
+  const std::string name = format_name(layer_format);
   if (format_info(layer_format).samples == SampleKind::kOpaque) return fail(ErrorCode::kUnsupported, name + " layers hold no texture");
   const bool is_block = takes_blocks(layer_format) && !must_be_plain;
   const TexelFormat format = is_block ? layer_format : decoded_format(layer_format);

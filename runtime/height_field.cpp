@@ -12,6 +12,7 @@ namespace vt::runtime {
 Result<HeightField> HeightField::read(const store::StoreReader& reader, LayerId layer, int most_texels) {
   const LayerInfo* info = reader.find_layer(layer);
   if (info == nullptr) return fail(ErrorCode::kUsage, reader.path().string() + ": no layer with number " + std::to_string(layer.value));
+  VT_CHECK(reader.check_readable(layer));
   const FormatInfo& format = format_info(info->format);
   if (info->format != TexelFormat::kR32Float && info->format != TexelFormat::kR16Float && info->format != TexelFormat::kR16)
     return fail(ErrorCode::kUsage, reader.path().string() + ": layer \"" + info->name + "\" holds " + std::string(format.name) +

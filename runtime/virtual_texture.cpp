@@ -111,13 +111,15 @@ Result<VirtualTexture> VirtualTexture::open(std::shared_ptr<const store::StoreRe
     if (candidate.role != LayerRole::kTexture) continue;
     have += (have.empty() ? "" : ", ") + candidate.name;
     if (layer == nullptr &&
-        (options.layer.empty() ? candidate.channel == ChannelType::kColor && !candidate.is_part : candidate.name == options.layer))
+        (options.layer.empty() ? candidate.channel == ChannelType::kColor && !candidate.is_part && candidate.has_known_format()
+                               : candidate.name == options.layer))
       layer = &candidate;
   }
   if (layer == nullptr)
     return fail(ErrorCode::kUsage, reader->path().string() + ": no " +
                                        (options.layer.empty() ? "colour layer" : "layer \"" + options.layer + "\"") +
                                        "; it has: " + (have.empty() ? "none" : have));
+  VT_CHECK(reader->check_readable(layer->id));
   const Area area = reader->description().area;
   auto source = std::make_shared<StoreTileSource>(reader, layer->id);
   return open(std::move(source), area, *layer, std::move(options));

@@ -55,6 +55,7 @@ struct ComponentRange {
   auto operator<=>(const ComponentRange&) const = default;
 };
 
+// `channel` and `format` hold the numbers of the file, which this program need not know.
 struct LayerInfo {
   LayerId id;        // given by the store
   std::string name;  // 1..63 bytes of UTF-8, unique in the store
@@ -83,6 +84,8 @@ struct LayerInfo {
 
   [[nodiscard]] int vt_exponent() const { return finest.value + tile_exponent; }
   [[nodiscard]] std::uint32_t tile_texels() const { return std::uint32_t{1} << tile_exponent; }
+  // Without it the layer's tiles cannot be read or written, only kept or removed; see unknown_format_text().
+  [[nodiscard]] bool has_known_format() const { return is_known(format); }
   [[nodiscard]] bool holds_blobs() const { return format == TexelFormat::kBlob; }
   [[nodiscard]] bool has_owner() const { return role == LayerRole::kCarry || is_part; }
   // The texels of `level` that have any part in the data; every level sits on the padded square's grid.
@@ -94,8 +97,14 @@ struct LayerInfo {
   [[nodiscard]] double value_offset(Level level) const {
     return is_point_sampled ? 0.5 / static_cast<double>(std::uint64_t{1} << (finest.value - level.value)) : 0.5;
   }
-  // Of every tile; 0 in a layer of blobs, whose tiles have sizes of their own.
+  // The decoded bytes of every tile; 0 in a layer of blobs, whose tiles have sizes of their own, and of an unknown format.
   [[nodiscard]] std::size_t tile_payload_bytes() const { return payload_bytes(format_info(format), tile_texels(), tile_texels()); }
 };
+
+// A sentence for people about a layer whose format is not known.
+[[nodiscard]] inline std::string unknown_format_text(const LayerInfo& layer) {
+  return "layer " + layer.name + ": its texel format has number " + std::to_string(static_cast<unsigned>(layer.format)) +
+         ", which this program does not know; a newer program wrote it, and a newer one reads it";
+}
 
 }  // namespace vt

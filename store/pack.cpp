@@ -152,10 +152,11 @@ class LevelCopy final : public IndexBuilder::Sink {
   bool is_done_ = false;
 };
 
-// A record that many tiles share, and the size at which they share it: a store with two different ones is damaged.
+// A record that many tiles share, and the size at which they share it: a store with two different ones is damaged. Layers of a format that
+// is not known share among themselves only.
 struct SharedRecord {
   std::uint64_t offset = 0;
-  std::size_t raw_bytes = 0;
+  std::size_t raw_bytes = 0;  // 0 of a format that is not known
   bool operator==(const SharedRecord&) const = default;
 };
 // Its copy, and the formats in which it is known to decode: tiles of two layers may share it and differ in that.
@@ -163,7 +164,11 @@ struct SharedCopy {
   Reference reference;
   std::uint64_t formats = 0;  // a bit each
 
-  [[nodiscard]] static std::uint64_t bit_of(TexelFormat format) { return std::uint64_t{1} << static_cast<unsigned>(format); }
+  // Every tile of a format that is not known counts as one that decodes: nobody here can tell.
+  [[nodiscard]] static std::uint64_t bit_of(TexelFormat format) {
+    return is_known(format) ? std::uint64_t{1} << static_cast<unsigned>(format) : 0;
+  }
+  [[nodiscard]] bool is_known_to_decode(TexelFormat format) const { return (formats & bit_of(format)) == bit_of(format); }
 };
 struct HashSharedRecord {
   std::size_t operator()(const SharedRecord& record) const {
@@ -372,7 +377,7 @@ class Packing {
     expected.offset = last_shared_.reference.offset;
     if (expected != last_shared_.reference) return damaged(info, tile, "its checksum differs from the one its reference gives");
     // ...and every format how it is to be decoded.
-    if ((last_shared_.formats & SharedCopy::bit_of(info.format)) == 0) {
+    if (!last_shared_.is_known_to_decode(info.format)) {
       VT_CHECK(check_decodes(info, from, tile));
       last_shared_.formats |= SharedCopy::bit_of(info.format);
       shared_[record] = last_shared_;
@@ -394,6 +399,7 @@ class Packing {
   [[nodiscard]] Result<void> check_decodes(const LayerInfo& info, const Reference& from, TileId tile, std::span<const std::byte> payload,
                                            std::uint32_t raw_bytes) {
     if (from.codec == Codec::kRaw) return {};  // as long as it should be, and any texels are texels
+    if (!info.has_known_format()) return {};   // copied as it is
     decoded_.resize(std::max<std::size_t>(decoded_.size(), raw_bytes));
     const auto decoded =
         decode_payload(from.codec, payload, tile_shape(info.format, info.tile_texels()), std::span(decoded_).first(raw_bytes));

@@ -1,6 +1,7 @@
 // Packing: a new store file with what the newest generation of another one holds, in the order in which it is read, and nothing else.
-// Tiles are copied as they are. Whatever validate() finds in a store that is an error of its tiles or its index is found on the way, so
-// that a packed store is a valid one; counts that were wrong are right in it. schemas/tile-store.md section 10 has the order.
+// Tiles are copied as they are, also those of a texel format that this program does not know, of which it checks the records. Whatever
+// validate() finds in a store that is an error of its tiles or its index is found on the way, so that a packed store is a valid one; counts
+// that were wrong are right in it. schemas/tile-store.md section 10 has the order.
 #pragma once
 
 #include <atomic>

@@ -204,8 +204,8 @@ void enlarge(const Canvas& canvas, const BlockRect& rect, const FormatInfo& form
 
 Result<RegionReport> read_region(const StoreReader& reader, LayerId id, Level level, const TexelRect& rect, std::span<std::byte> out,
                                  std::size_t row_pitch_bytes) {
+  VT_CHECK(reader.check_readable(id));
   const LayerInfo* layer = reader.find_layer(id);
-  if (layer == nullptr) return fail(ErrorCode::kUsage, reader.path().string() + ": no layer has id " + std::to_string(id.value));
   if (level.value + layer->tile_exponent > kMaxVtExponent)
     return fail(ErrorCode::kUsage, reader.path().string() + ": level " + std::to_string(level.value) + " is over 2^31 texels wide");
   if (layer->holds_blobs()) return fail(ErrorCode::kUsage, reader.path().string() + ": layer " + layer->name + " holds blobs, no texels");

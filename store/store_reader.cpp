@@ -56,7 +56,13 @@ struct StoreReader::Impl {
   [[nodiscard]] tl::unexpected<Error> refuse(ErrorCode code, const std::string& sentence) const {
     return fail(code, snapshot.file.path().string() + ": " + sentence);
   }
-  [[nodiscard]] tl::unexpected<Error> unknown_layer(LayerId id) const {
+  // The layer when its tiles can be read, else null; unreadable() says why.
+  [[nodiscard]] const LayerInfo* find_readable(LayerId id) const {
+    const LayerInfo* layer = find(id);
+    return layer != nullptr && layer->has_known_format() ? layer : nullptr;
+  }
+  [[nodiscard]] tl::unexpected<Error> unreadable(LayerId id) const {
+    if (const LayerInfo* layer = find(id); layer != nullptr) return refuse(ErrorCode::kUnsupported, unknown_format_text(*layer));
     return refuse(ErrorCode::kUsage, "no layer has id " + std::to_string(id.value));
   }
 
@@ -218,6 +224,11 @@ const std::string& StoreReader::health_remark() const { return impl_->snapshot.h
 std::span<const LayerInfo> StoreReader::layers() const { return impl_->snapshot.layers; }
 const LayerInfo* StoreReader::find_layer(LayerId layer) const { return impl_->find(layer); }
 
+Result<void> StoreReader::check_readable(LayerId id) const {
+  if (impl_->find_readable(id) == nullptr) return impl_->unreadable(id);
+  return {};
+}
+
 const LayerInfo* StoreReader::find_layer(std::string_view name) const {
   for (const LayerInfo& layer : impl_->snapshot.layers)
     if (layer.name == name) return &layer;
@@ -237,9 +248,9 @@ std::string StoreReader::uuid() const {
 }
 
 Result<TileLookup> StoreReader::lookup(LayerId id, TileId tile) const {
-  const LayerInfo* layer = impl_->find(id);
+  const LayerInfo* layer = impl_->find_readable(id);
   if (layer == nullptr) [[unlikely]]
-    return impl_->unknown_layer(id);
+    return impl_->unreadable(id);
   if (!Impl::may_have(*layer, tile)) return TileLookup{};
   const auto query = impl_->query_for(*layer, tile);
   if (const PageDirectory::Place place = impl_->directory.find(query); place.is_known) [[likely]] {
@@ -253,8 +264,8 @@ Result<TileLookup> StoreReader::lookup(LayerId id, TileId tile) const {
 
 Result<void> StoreReader::lookup_many(LayerId id, std::span<const TileId> tiles, std::span<TileLookup> out) const {
   assert(out.size() == tiles.size());
-  const LayerInfo* layer = impl_->find(id);
-  if (layer == nullptr) return impl_->unknown_layer(id);
+  const LayerInfo* layer = impl_->find_readable(id);
+  if (layer == nullptr) return impl_->unreadable(id);
   std::array<PageDirectory::Query, PageDirectory::kBatch> queries;
   std::array<PageDirectory::Place, PageDirectory::kBatch> places;
   for (std::size_t first = 0; first < tiles.size(); first += queries.size()) {
@@ -276,8 +287,8 @@ Result<void> StoreReader::lookup_many(LayerId id, std::span<const TileId> tiles,
 }
 
 Result<void> StoreReader::read(LayerId id, TileId tile, std::span<std::byte> out) const {
-  const LayerInfo* layer = impl_->find(id);
-  if (layer == nullptr) return impl_->unknown_layer(id);
+  const LayerInfo* layer = impl_->find_readable(id);
+  if (layer == nullptr) return impl_->unreadable(id);
   if (layer->holds_blobs()) return impl_->refuse(ErrorCode::kUsage, "layer " + layer->name + " holds blobs, which have no texels");
   assert(out.size() == layer->tile_payload_bytes());
   VT_ASSIGN(const Reference reference, impl_->find_present(*layer, tile));
@@ -290,21 +301,21 @@ Result<void> StoreReader::read(LayerId id, TileId tile, std::span<std::byte> out
 }
 
 Result<void> StoreReader::read_blob(LayerId id, TileId tile, std::vector<std::byte>& out) const {
-  const LayerInfo* layer = impl_->find(id);
-  if (layer == nullptr) return impl_->unknown_layer(id);
+  const LayerInfo* layer = impl_->find_readable(id);
+  if (layer == nullptr) return impl_->unreadable(id);
   if (!layer->holds_blobs()) return impl_->refuse(ErrorCode::kUsage, "layer " + layer->name + " holds no blobs");
   VT_ASSIGN(const Reference reference, impl_->find_present(*layer, tile));
   if (reference.kind != ReferenceKind::kTile) return impl_->damaged_tile(*layer, tile, "a blob's record is shared");
   VT_CHECK(impl_->check_place(*layer, tile, reference));
   VT_ASSIGN(const std::vector<std::byte> record, impl_->fetch_record(reference));
   VT_CHECK(impl_->check(*layer, tile, reference, record));
-  out.resize(blob_bytes(record));
+  out.resize(stated_raw_bytes(record));
   return impl_->unpack(*layer, tile, reference, record, out);
 }
 
 Result<void> StoreReader::for_each_tile(LayerId id, Level level, const std::function<Result<void>(TileId)>& visit) const {
-  const LayerInfo* layer = impl_->find(id);
-  if (layer == nullptr) return impl_->unknown_layer(id);
+  const LayerInfo* layer = impl_->find_readable(id);
+  if (layer == nullptr) return impl_->unreadable(id);
   if (level > layer->finest) return {};
   IndexCursor cursor(snapshot(), static_cast<std::size_t>(layer - layers().data()), level);
   while (true) {
@@ -315,8 +326,8 @@ Result<void> StoreReader::for_each_tile(LayerId id, Level level, const std::func
 }
 
 Result<std::optional<TileId>> StoreReader::nearest_present(LayerId id, TileId tile) const {
-  const LayerInfo* layer = impl_->find(id);
-  if (layer == nullptr) return impl_->unknown_layer(id);
+  const LayerInfo* layer = impl_->find_readable(id);
+  if (layer == nullptr) return impl_->unreadable(id);
   // Nothing lies deeper than the finest level.
   while (tile.level > layer->finest) tile = parent_of(tile);
   while (true) {

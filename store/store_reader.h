@@ -58,6 +58,9 @@ class StoreReader {
   [[nodiscard]] std::span<const LayerInfo> layers() const;  // ordered by id, carry layers included
   [[nodiscard]] const LayerInfo* find_layer(std::string_view name) const;
   [[nodiscard]] const LayerInfo* find_layer(LayerId layer) const;
+  // kUnsupported: the layer has a texel format that only newer programs know; its message names both. Every call below fails in this way
+  // for such a layer. kUsage: there is no such layer.
+  [[nodiscard]] Result<void> check_readable(LayerId layer) const;
 
   // What was read at open(): for code of this room that copies records as they are. Lives as long as the reader.
   [[nodiscard]] const Snapshot& snapshot() const;

@@ -78,12 +78,18 @@ struct StoreWriter::Impl final : PageCache::Log {
     if (broken) return tl::unexpected(*broken);
     return {};
   }
-  // The layer, when `tile` is a tile of it.
+  // The layer, when `tile` is a place in its pyramid.
   [[nodiscard]] Result<CatalogLayer*> check_tile(LayerId id, TileId tile) {
     CatalogLayer* layer = find(id);
     if (layer == nullptr) return refuse(ErrorCode::kUsage, "no layer has id " + std::to_string(id.value));
     if (!is_addressable(tile) || tile.level > layer->info.finest)
       return refuse(ErrorCode::kUsage, tile_place(layer->info, tile) + ": outside the layer's pyramid");
+    return layer;
+  }
+  // The same, when the tile's texels can be written and read as well.
+  [[nodiscard]] Result<CatalogLayer*> check_texels(LayerId id, TileId tile) {
+    VT_ASSIGN(CatalogLayer * layer, check_tile(id, tile));
+    if (!layer->info.has_known_format()) return refuse(ErrorCode::kUnsupported, unknown_format_text(layer->info));
     return layer;
   }
 
@@ -346,7 +352,7 @@ Result<LayerId> StoreWriter::add_layer(const LayerInfo& wanted) {
   // The lowest id that is free keeps ids small and the order of a build reproducible.
   auto before = impl_->layers.begin();
   for (; before != impl_->layers.end() && before->info.id == info.id; ++before) ++info.id.value;
-  if (const std::string wrong = layer_fault(info); !wrong.empty())
+  if (const std::string wrong = new_layer_fault(info); !wrong.empty())
     return impl_->refuse(ErrorCode::kInvalidData, "layer " + info.name + ": " + wrong);
   for (const CatalogLayer& layer : impl_->layers)
     if (layer.info.name == info.name)
@@ -401,7 +407,7 @@ Result<void> StoreWriter::set_metadata(LayerId id, std::string metadata_json) {
 }
 
 Result<bool> StoreWriter::Impl::check_payload(LayerId id, TileId tile, const PayloadView& payload) {
-  VT_ASSIGN(const CatalogLayer* layer, check_tile(id, tile));
+  VT_ASSIGN(const CatalogLayer* layer, check_texels(id, tile));
   if (layer->info.holds_blobs()) {
     if (payload.raw_bytes < 1 || payload.raw_bytes > kMaxRawBytes || payload.bytes.size() > kMaxRawBytes ||
         (payload.codec == Codec::kRaw && payload.bytes.size() != payload.raw_bytes) || payload.codec == Codec::kPredictedZstd)
@@ -533,7 +539,7 @@ Result<void> StoreWriter::put(LayerId id, TileId tile, const PayloadView& payloa
 Result<void> StoreWriter::put_constant(LayerId id, TileId tile, std::span<const std::byte> block) {
   const std::lock_guard lock(impl_->mutex);
   VT_CHECK(impl_->check_usable());
-  VT_ASSIGN(CatalogLayer * layer, impl_->check_tile(id, tile));
+  VT_ASSIGN(CatalogLayer * layer, impl_->check_texels(id, tile));
   if (layer->info.holds_blobs()) return impl_->refuse(ErrorCode::kUsage, tile_place(layer->info, tile) + ": a blob is no constant");
   const std::size_t wanted = format_info(layer->info.format).block_bytes;
   if (block.size() != wanted)
@@ -577,7 +583,7 @@ Result<std::optional<TileId>> StoreWriter::next_tile(LayerId id, Level level, st
 
 Result<StoreWriter::Impl::Entry> StoreWriter::Impl::entry(LayerId id, TileId tile) {
   const std::lock_guard lock(mutex);
-  VT_ASSIGN(const CatalogLayer* layer, check_tile(id, tile));
+  VT_ASSIGN(const CatalogLayer* layer, check_texels(id, tile));
   Entry entry;
   VT_ASSIGN(entry.reference, pages.find(id, tile));
   entry.place = tile_place(layer->info, tile);
@@ -598,7 +604,7 @@ Result<StoreWriter::Impl::Payload> StoreWriter::Impl::stored_payload(const Entry
   thread_local std::vector<std::byte> record;
   record.resize(kRecordHeaderBytes + entry.reference.stored_bytes);
   VT_CHECK(file.read_at(entry.reference.offset, record));
-  const std::uint32_t raw_bytes = entry.raw_bytes ? *entry.raw_bytes : blob_bytes(record);
+  const std::uint32_t raw_bytes = entry.raw_bytes ? *entry.raw_bytes : stated_raw_bytes(record);
   const auto payload = check_record(record, entry.reference, entry.key, raw_bytes);
   if (!payload) return refuse(ErrorCode::kCorrupt, entry.place + ": " + payload.error());
   return Payload{.bytes = *payload, .raw_bytes = raw_bytes};

@@ -3,6 +3,9 @@
 // Threads: put, put_constant, remove, contains, holds, holds_constant, read and read_blob may be called from many threads at once, also
 // while one thread is in commit(): what was not finished when the commit took its turn belongs to the next one. create, open, add_layer,
 // set_* and finish from one thread, alone.
+//
+// A layer whose texel format is not known, because a newer program wrote it, stays as it is and can be removed, whole or tile by tile. To
+// put, hold or read its tiles is kUnsupported.
 #pragma once
 
 #include <cstddef>

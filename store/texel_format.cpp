@@ -39,13 +39,26 @@ constexpr bool is_in_order() {
 }
 static_assert(is_in_order());
 
+constexpr FormatInfo kUnknownFormat = {TexelFormat{}, "unknown", SampleKind::kOpaque, 1, 1, 0};
+
 }  // namespace
 
-const FormatInfo& format_info(TexelFormat format) { return kFormats[static_cast<std::size_t>(format) - 1]; }
+bool is_known(TexelFormat format) {
+  const auto number = static_cast<std::size_t>(format);
+  return number >= 1 && number <= kFormats.size();
+}
+
+const FormatInfo& format_info(TexelFormat format) {
+  return is_known(format) ? kFormats[static_cast<std::size_t>(format) - 1] : kUnknownFormat;
+}
+
+std::string format_name(TexelFormat format) {
+  return is_known(format) ? std::string(format_info(format).name) : "format " + std::to_string(static_cast<unsigned>(format));
+}
 
 std::optional<TexelFormat> format_from_number(std::uint16_t number) {
-  if (number == 0 || number > kFormats.size()) return std::nullopt;
-  return static_cast<TexelFormat>(number);
+  const auto format = static_cast<TexelFormat>(number);
+  return is_known(format) ? std::optional(format) : std::nullopt;
 }
 
 std::optional<TexelFormat> format_from_name(std::string_view name) {

@@ -1,16 +1,20 @@
-// The texel formats a tile may hold, and the byte arithmetic that follows from them. The runtime looks only at these, never at channel
-// types. What a decoded sample is worth is the layer's component ranges' to say (store/layer.h).
+// The texel formats a tile may hold, and the byte arithmetic that follows from them. What a decoded sample is worth follows from the
+// layer's component ranges (store/layer.h). Plain values, any thread.
+//
+// A TexelFormat may hold any number: a store that a newer program wrote may have a layer in a format that this program does not know. Its
+// tiles cannot be read; everything else about the store can.
 #pragma once
 
 #include <cstddef>
 #include <cstdint>
 #include <optional>
+#include <string>
 #include <string_view>
 
 namespace vt {
 
-// Numbers are on disk. Append; never renumber, never reuse. All multi-byte samples are little-endian, channels interleaved in the order
-// named.
+// Numbers are on disk. Append; never renumber, never reuse; 0 is no format. All multi-byte samples are little-endian, channels interleaved
+// in the order named.
 enum class TexelFormat : std::uint16_t {
   kRgb8 = 1,      // three unsigned bytes; the layer's transfer function says what a code means
   kRgba8 = 2,     // the same with straight (not premultiplied) coverage, linear, in the fourth byte
@@ -57,8 +61,13 @@ struct FormatInfo {
   std::uint8_t block_bytes;  // bytes of one block; 0 for kBlob, whose tiles have no size in common
 };
 
-[[nodiscard]] const FormatInfo& format_info(TexelFormat format);                    // `format` is one of the enumerators
-[[nodiscard]] std::optional<TexelFormat> format_from_number(std::uint16_t number);  // for bytes read from a file
+// Whether this program knows the format: it is one of the enumerators.
+[[nodiscard]] bool is_known(TexelFormat format);
+// A format that is not known has a row of opaque samples whose tiles have no size.
+[[nodiscard]] const FormatInfo& format_info(TexelFormat format);
+// The format's name, "format 99" of one that is not known.
+[[nodiscard]] std::string format_name(TexelFormat format);
+[[nodiscard]] std::optional<TexelFormat> format_from_number(std::uint16_t number);
 [[nodiscard]] std::optional<TexelFormat> format_from_name(std::string_view name);
 
 // Bytes of a width x height rectangle of texels; both are multiples of the block edge. 0 for kBlob.

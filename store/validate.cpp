@@ -31,10 +31,34 @@ bool is_error(FaultNumber number) {
     case FaultNumber::kGarbage:
     case FaultNumber::kLayerBuilding:
     case FaultNumber::kTileOutsideData:
+    case FaultNumber::kUnknownChannel:
+    case FaultNumber::kUnknownFormat:
       return false;
-    default:
+    case FaultNumber::kNoSuperblock:
+    case FaultNumber::kVersion:
+    case FaultNumber::kSuperblockReserved:
+    case FaultNumber::kFileTruncated:
+    case FaultNumber::kSuperblockField:
+    case FaultNumber::kForeignSuperblock:
+    case FaultNumber::kMayBeOlder:
+    case FaultNumber::kMoreFindings:
+    case FaultNumber::kCatalogReference:
+    case FaultNumber::kCatalogRecord:
+    case FaultNumber::kCatalogStructure:
+    case FaultNumber::kLayerField:
+    case FaultNumber::kLayerClash:
+    case FaultNumber::kPageReference:
+    case FaultNumber::kPageRecord:
+    case FaultNumber::kPageStructure:
+    case FaultNumber::kPageEntry:
+    case FaultNumber::kTileRecord:
+    case FaultNumber::kTileDecode:
+    case FaultNumber::kPadding:
+    case FaultNumber::kParentAbsent:
+    case FaultNumber::kLayerCounts:
       return true;
   }
+  return true;
 }
 
 // What one also finds who comes while a writer is at it: a superblock half written, or a new catalog where the one was that it led to.
@@ -110,7 +134,7 @@ class StoreCheck {
     std::vector<double> layer_weights;
     for (const CatalogLayer& layer : catalog.layers) {
       strata.push_back({.check = {.layer = layer}});
-      check_state(layer.info);
+      remark_on(layer.info);
       bool has_tiles = false;
       for (int number = 0; number <= layer.info.finest.value; ++number) {
         const Level level{static_cast<std::uint8_t>(number)};
@@ -203,9 +227,21 @@ class StoreCheck {
     return std::nullopt;
   }
 
-  void check_state(const LayerInfo& info) {
+  // What the catalog says of a layer that is no fault and worth knowing.
+  void remark_on(const LayerInfo& info) {
+    const std::string place = "layer " + info.name;
     if (info.state == LayerState::kBuilding)
-      add(FaultNumber::kLayerBuilding, "layer " + info.name, "its build has not come to its end; run the same build again to go on");
+      add(FaultNumber::kLayerBuilding, place, "its build has not come to its end; run the same build again to go on");
+    if (!is_registered(info.channel))
+      add(FaultNumber::kUnknownChannel, place,
+          "its channel has number " + std::to_string(static_cast<unsigned>(info.channel)) +
+              (is_private(info.channel) ? ", one of those that users give a meaning of their own"
+                                        : ", which this program does not know; a newer program wrote it") +
+              ". Its texels are read as plain numbers");
+    if (!info.has_known_format())
+      add(FaultNumber::kUnknownFormat, place,
+          "its texel format has number " + std::to_string(static_cast<unsigned>(info.format)) +
+              ", which this program does not know; a newer program wrote it. Its records were checked, but not what they decode to");
   }
   void report_outside(const LayerCheck& check) {
     if (check.outside_data > 0)
@@ -217,7 +253,7 @@ class StoreCheck {
     LayerCheck check{.layer = layer};
     const LayerInfo& info = layer.info;
     const std::string place = "layer " + info.name;
-    check_state(info);
+    remark_on(info);
     for (int level = 0; level <= info.finest.value; ++level) {
       const Reference& root = layer.roots[static_cast<std::size_t>(level)];
       const Level l{static_cast<std::uint8_t>(level)};
@@ -299,7 +335,7 @@ class StoreCheck {
     const std::uint32_t raw_bytes = wanted_raw_bytes(info, reference.kind, record);
     const std::uint64_t key = is_shared(reference.kind) ? 0 : record_key(info.id, tile.level, morton_code(tile.x, tile.y));
     const auto payload = check_record_at(reference, key, raw_bytes, FaultNumber::kTileRecord, place);
-    if (!payload || is_constant || !options_.decode_tiles || reference.codec == Codec::kRaw) return;
+    if (!payload || is_constant || !options_.decode_tiles || reference.codec == Codec::kRaw || !info.has_known_format()) return;
     decoded_.resize(raw_bytes);
     const TileShape shape = tile_shape(info.format, info.tile_texels());
     if (const auto decoded = decode_payload(reference.codec, *payload, shape, decoded_); !decoded)

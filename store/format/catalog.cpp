@@ -42,8 +42,8 @@ std::string description_fault(const StoreDescription& description) {
 std::string layer_fault(const LayerInfo& info) {
   if (info.id.value >= kMaxLayers) return "id " + number(info.id.value) + " is over 4095";
   if (!is_name(info.name)) return "a name is 1 to 63 bytes of UTF-8 without control characters and without characters that reorder text";
-  if (!format_from_number(static_cast<std::uint16_t>(info.format)))
-    return "texel format " + number(static_cast<int>(info.format)) + " is not known";
+  if (info.channel == ChannelType{}) return "channel type 0 is none";
+  if (info.format == TexelFormat{}) return "texel format 0 is none";
   if (info.transfer != Transfer::kLinear && info.transfer != Transfer::kSrgb)
     return "transfer function " + number(static_cast<int>(info.transfer)) + " is not known";
   if (info.role != LayerRole::kTexture && info.role != LayerRole::kCarry)
@@ -70,12 +70,19 @@ std::string layer_fault(const LayerInfo& info) {
     if (!std::isfinite(range.scale) || !std::isfinite(range.offset) || range.scale == 0.0)
       return "a component's range is not finite, or its scale is 0";
   const SampleKind samples = format_info(info.format).samples;
-  if (info.zero_is_nodata && samples != SampleKind::kUnorm8 && samples != SampleKind::kUnorm16)
+  if (info.zero_is_nodata && info.has_known_format() && samples != SampleKind::kUnorm8 && samples != SampleKind::kUnorm16)
     return "a code means \"no data\" in a format that has no codes";
   if (info.metadata_json.size() > kMaxMetadataBytes) return "the layer's metadata is over 16 MiB";
   if (!is_utf8(info.metadata_json)) return "the layer's metadata is not UTF-8";
   if (info.constant_tiles > info.tiles) return "it counts more constant tiles than tiles";
   return {};
+}
+
+std::string new_layer_fault(const LayerInfo& info) {
+  if (!is_registered(info.channel) && !is_private(info.channel))
+    return "channel type " + number(static_cast<int>(info.channel)) + " is not known";
+  if (!info.has_known_format()) return "texel format " + number(static_cast<int>(info.format)) + " is not known";
+  return layer_fault(info);
 }
 
 std::string owner_fault(const LayerInfo& info, std::span<const CatalogLayer> layers) {

@@ -34,9 +34,12 @@ struct Catalog {
 // `version` is that of the superblock which refers to it.
 [[nodiscard]] Checked<Catalog> decode_catalog(std::span<const std::byte> payload, std::uint64_t file_end, std::uint32_t version);
 
-// A sentence about the first field out of its range, empty when all is well. The same rules for what is written and what is read.
+// A sentence about the first field out of its range, empty when all is well. The same rules for what is written and what is read: numbers
+// of channels and formats that this program does not know are no fault.
 [[nodiscard]] std::string description_fault(const StoreDescription& description);
 [[nodiscard]] std::string layer_fault(const LayerInfo& info);
+// The same for a layer that this program makes: its channel is registered or private, and its format known.
+[[nodiscard]] std::string new_layer_fault(const LayerInfo& info);
 // About a layer whose owner is not among `layers`, or is not one that can own it.
 [[nodiscard]] std::string owner_fault(const LayerInfo& info, std::span<const CatalogLayer> layers);
 

@@ -48,6 +48,8 @@ enum class FaultNumber : int {
   kLayerBuilding = 501,  // not an error
   kLayerCounts = 502,
   kTileOutsideData = 503,  // not an error
+  kUnknownChannel = 504,   // not an error: a number of a newer program, or of a user's own
+  kUnknownFormat = 505,    // not an error: the layer cannot be read, all others can
 };
 
 struct Fault {

@@ -93,14 +93,13 @@ tl::expected<std::span<const std::byte>, const char*> check_record(std::span<con
   return record.subspan(kRecordHeaderBytes);
 }
 
-std::uint32_t blob_bytes(std::span<const std::byte> record) {
+std::uint32_t stated_raw_bytes(std::span<const std::byte> record) {
   return std::clamp<std::uint32_t>(get<std::uint32_t>(record, 16), 1, kMaxRawBytes);
 }
 
 std::uint32_t wanted_raw_bytes(const LayerInfo& layer, ReferenceKind kind, std::span<const std::byte> record) {
-  if (kind == ReferenceKind::kConstant) return format_info(layer.format).block_bytes;
-  if (!layer.holds_blobs()) return static_cast<std::uint32_t>(layer.tile_payload_bytes());
-  return blob_bytes(record);
+  if (layer.holds_blobs() || !layer.has_known_format()) return stated_raw_bytes(record);
+  return kind == ReferenceKind::kConstant ? format_info(layer.format).block_bytes : static_cast<std::uint32_t>(layer.tile_payload_bytes());
 }
 
 // ---- Superblocks ----

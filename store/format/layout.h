@@ -162,9 +162,10 @@ struct RecordHeader {
 [[nodiscard]] tl::expected<std::span<const std::byte>, const char*> check_record(std::span<const std::byte> record,
                                                                                  const Reference& reference, std::uint64_t key,
                                                                                  std::uint32_t raw_bytes);
-// The raw_bytes that the record of a tile of `layer` must have: those of a block or of a tile, and of a blob what the record itself says,
-// as long as that is possible. `record` is as for check_record.
-[[nodiscard]] std::uint32_t blob_bytes(std::span<const std::byte> record);  // of a blob; never 0
+// The raw_bytes that a record gives for itself, as long as a tile can have so many; never 0. `record` is as for check_record.
+[[nodiscard]] std::uint32_t stated_raw_bytes(std::span<const std::byte> record);
+// The raw_bytes that the record of a tile of `layer` must have: those of a block or of a tile. A blob's record, and any record of a layer
+// whose format is not known, may have what it gives for itself.
 [[nodiscard]] std::uint32_t wanted_raw_bytes(const LayerInfo& layer, ReferenceKind kind, std::span<const std::byte> record);
 
 // ---- Superblocks ----

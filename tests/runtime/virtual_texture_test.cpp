@@ -448,5 +448,23 @@ TEST(VirtualTexture, OpensAStoreAndNamesItsLayersWhenTheWantedOneIsMissing) {
   EXPECT_NE(missing.error().message.find("summer, winter"), std::string::npos);
 }
 
+// The golden store's layers "aspect" and "later" have unknown channels, "strange" an unknown texel format.
+TEST(VirtualTexture, TakesLayersOfUnknownChannelsAndNamesAnUnknownFormat) {
+  const auto golden = std::filesystem::path(VT_SOURCE_DIR) / "tests/golden/unknown-numbers.vts";
+  EXPECT_EQ(VirtualTexture::open(golden)->layer().name, "color");
+  Options options;
+  for (const std::string layer : {"aspect", "later"}) {
+    options.layer = layer;
+    const auto opened = VirtualTexture::open(golden, options);
+    ASSERT_TRUE(opened.has_value()) << opened.error().message;
+    EXPECT_EQ(opened->layer().name, layer);
+  }
+  options.layer = "strange";
+  const auto refused = VirtualTexture::open(golden, options);
+  ASSERT_FALSE(refused.has_value());
+  EXPECT_EQ(refused.error().code, ErrorCode::kUnsupported);
+  EXPECT_NE(refused.error().message.find("layer strange: its texel format has number 999"), std::string::npos);
+}
+
 }  // namespace
 }  // namespace vt::runtime

@@ -227,6 +227,51 @@ Reference tile_of(const Bytes& store, std::size_t layer = 0) {
   return page_entry(std::span(store).subspan(page.offset + kRecordHeaderBytes, page.stored_bytes), 0);
 }
 
+// What newer programs and users may leave: a channel of a user's own, one of a newer program, and a layer of a format of a newer program
+// that shares a record with one that we know, and owns a carry layer.
+Bytes unknown_store() {
+  const TempFolder folder;
+  StoreWriter writer = value_of(StoreWriter::create(folder / "a.vts", {}));
+  const auto add = [&](LayerInfo layer) {
+    const LayerId id = value_of(writer.add_layer(layer));
+    succeed(writer.set_state(id, LayerState::kComplete));
+    return id;
+  };
+  const LayerInfo color = small_layer("color", TexelFormat::kRgba8, 3, 1);
+  const LayerId color_id = add(color);
+  LayerInfo aspect = small_layer("aspect", TexelFormat::kRg16, 2, 0);
+  aspect.channel = static_cast<ChannelType>(kFirstPrivateChannel + 1);
+  const LayerId aspect_id = add(aspect);
+  LayerInfo later = small_layer("later", TexelFormat::kRgb8, 2, 1);
+  const LayerId later_id = add(later);
+  LayerInfo strange = small_layer("strange", TexelFormat::kRgba8, 3, 1);
+  strange.zero_is_nodata = true;
+  const LayerId strange_id = add(strange);
+  LayerInfo notes = small_layer("strange notes", TexelFormat::kBlob, 2, 0);
+  notes.role = LayerRole::kCarry;
+  notes.owner = strange_id;
+  const LayerId notes_id = add(notes);
+
+  const Bytes root = tile_bytes(color, {});
+  succeed(writer.put(color_id, {}, encoded(root)));
+  succeed(writer.put(color_id, tile_at(1, 1, 0), encoded(tile_bytes(color, tile_at(1, 1, 0)))));
+  succeed(writer.put(aspect_id, {}, encoded(tile_bytes(aspect, {}))));
+  for (const TileId tile : {tile_at(0, 0, 0), tile_at(1, 1, 1)}) succeed(writer.put(later_id, tile, encoded(tile_bytes(later, tile))));
+  succeed(writer.put(strange_id, {}, encoded(root)));
+  succeed(
+      writer.put(strange_id, tile_at(1, 0, 0), PayloadView(Codec::kZstd, 256, uncompressed_frame(tile_bytes(strange, tile_at(1, 0, 0))))));
+  succeed(writer.put_constant(strange_id, tile_at(1, 1, 0), some_bytes(4)));
+  succeed(writer.put(notes_id, {}, encoded(some_bytes(5))));
+  succeed(writer.finish());
+
+  Bytes bytes = read_file(folder / "a.vts");
+  const auto entry = [&](LayerId id) { return catalog_payload(bytes) + 48 + std::uint64_t{id.value} * 192; };
+  put<std::uint16_t>(bytes, entry(later_id) + 2, 4711);
+  put<std::uint16_t>(bytes, entry(strange_id) + 4, 999);
+  set_uuid(bytes);
+  return bytes;
+}
+
 // Each fault is one change to a good store, which is then sealed again where the fault lies behind a checksum.
 struct Bad {
   Bytes (*store)();
@@ -258,6 +303,16 @@ const std::vector<Bad>& bad_stores() {
       {smallest_store, "layer-tile-exponent", 204, false,
        [](Bytes& s) {
          s[catalog_payload(s) + 48 + 9] = std::byte{13};
+         reseal(s);
+       }},
+      {smallest_store, "layer-without-channel", 204, false,
+       [](Bytes& s) {
+         s[catalog_payload(s) + 48 + 2] = std::byte{0};
+         reseal(s);
+       }},
+      {smallest_store, "layer-without-format", 204, false,
+       [](Bytes& s) {
+         s[catalog_payload(s) + 48 + 4] = std::byte{0};
          reseal(s);
        }},
       {smallest_store, "layer-flags", 203, false,
@@ -359,6 +414,11 @@ TEST(Golden, TheSharedStoreIsWrittenByteForByte) {
   EXPECT_EQ(read_all(value_of(StoreReader::open(path))), shared_contents);
   EXPECT_TRUE(value_of(validate(path)).ok());
   EXPECT_EQ(tile_of(read_file(path)).kind, ReferenceKind::kSharedTile);
+}
+
+// What is read of it: unknown_number_test.cpp.
+TEST(Golden, TheStoreOfUnknownNumbersIsWrittenByteForByte) {
+  compare_or_rewrite(kSource / "tests/golden/unknown-numbers.vts", unknown_store());
 }
 
 TEST(Golden, TheRichStoreReadsBackWhateverThisWriterWouldMake) {
@@ -628,8 +688,8 @@ TEST(Golden, TheDocumentShowsTheSmallestStore) {
 TEST(Golden, TheDocumentListsEveryFindingNumber) {
   const Bytes raw = read_file(kSource / "schemas/tile-store.md");
   const std::string document(reinterpret_cast<const char*>(raw.data()), raw.size());
-  for (const int number : {101, 102, 103, 104, 105, 106, 107, 108, 109, 110, 199, 201, 202, 203,
-                           204, 205, 301, 302, 303, 304, 401, 402, 403, 404, 501, 502, 503})
+  for (const int number : {101, 102, 103, 104, 105, 106, 107, 108, 109, 110, 199, 201, 202, 203, 204,
+                           205, 301, 302, 303, 304, 401, 402, 403, 404, 501, 502, 503, 504, 505})
     EXPECT_THAT(document, testing::HasSubstr("| " + std::to_string(number) + " |"));
 }
 

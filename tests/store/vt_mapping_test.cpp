@@ -168,5 +168,23 @@ TEST(TexelFormat, EveryFormatIsFoundByNumberAndByName) {
   EXPECT_EQ(payload_bytes(format_info(TexelFormat::kRgba32Float), 4096, 4096), std::size_t{256} << 20);
 }
 
+TEST(Channel, NumbersAreRegisteredPrivateOrOfNewerPrograms) {
+  for (const unsigned number : {0U, 1U, 8U, 9U, 4711U, 0x7FFFU, 0x8000U, 0xFFFFU}) {
+    const auto type = static_cast<ChannelType>(number);
+    EXPECT_EQ(is_registered(type), number >= 1 && number <= 8) << number;
+    EXPECT_EQ(is_private(type), number >= 0x8000U) << number;
+  }
+}
+
+TEST(TexelFormat, ANumberThatIsNotKnownHasANameAndTilesOfNoSize) {
+  for (const unsigned number : {0U, 23U, 999U, 0xFFFFU}) {
+    const auto format = static_cast<TexelFormat>(number);
+    EXPECT_FALSE(is_known(format));
+    EXPECT_EQ(format_name(format), "format " + std::to_string(number));
+    EXPECT_EQ(format_info(format).samples, SampleKind::kOpaque);
+    EXPECT_EQ(payload_bytes(format_info(format), 256, 256), 0U);
+  }
+}
+
 }  // namespace
 }  // namespace vt

@@ -220,7 +220,7 @@ Format format_of(unsigned number) {
   }
 }
 
-constexpr unsigned kBlob = 22;  // has neither
+constexpr unsigned kBlob = 22;  // has neither, and is the last of the table
 constexpr std::uint64_t kBlobLimit = 256U << 20;
 
 std::uint64_t tile_bytes_of(const NaiveLayer& layer) {
@@ -277,9 +277,9 @@ LayerEntry read_layer_entry(Bytes entry, unsigned version) {
   layer.id = get_u16(entry, 0);
   require(layer.id <= 4095, "a layer's id is 0 to 4095");
   layer.channel = get_u16(entry, 2);
-  require(layer.channel >= 1 && layer.channel <= 8, "a layer's channel is 1 to 8");
+  require(layer.channel >= 1, "a layer's channel is not 0");  // others than 1 to 8 mean nothing to us, and texels are texels
   layer.format = get_u16(entry, 4);
-  require(layer.format >= 1 && layer.format <= kBlob, "a layer's format is 1 to 22");
+  require(layer.format >= 1, "a layer's format is not 0");  // of others than 1 to 22 the tiles cannot be read
   layer.transfer = get_u8(entry, 6);
   require(layer.transfer <= 1, "a layer's transfer is 0 or 1");
   layer.role = get_u8(entry, 7);
@@ -302,7 +302,7 @@ LayerEntry read_layer_entry(Bytes entry, unsigned version) {
   require(layer.role == 1 || layer.is_part || layer.owner == 0, "only a carry layer or a part has an owner");
   require(layer.format != kBlob || layer.role == 1, "only a carry layer holds blobs");
   const bool has_codes = layer.format <= 2 || (layer.format >= 8 && layer.format <= 12);
-  require(!layer.zero_is_nodata || has_codes, "only in formats of codes is zero no data");
+  require(!layer.zero_is_nodata || has_codes || layer.format > kBlob, "only in formats of codes is zero no data");
   layer.is_point_sampled = get_u8(entry, 15) == 1;  // ignorable, so that other values are none
   result.metadata_bytes = get_u32(entry, 16);
   require(result.metadata_bytes <= kJsonLimit, "a layer's JSON has 16 MiB at most");
@@ -530,6 +530,7 @@ std::optional<NaiveBytes> NaiveStoreReader::tile(unsigned layer_id, unsigned lev
   require(layer != nullptr, "the store has the layer");
 
   // 3.
+  require(layer->format <= kBlob, "the layer's texel format is known");
   if (level > layer->finest || x >= std::uint64_t{1} << level || y >= std::uint64_t{1} << level) return std::nullopt;
   const std::uint64_t morton = morton_of(x, y);
 

@@ -19,8 +19,9 @@ std::string grid_mismatch(const LayerInfo& a, const LayerInfo& b) {
     return fmt::format("layer {}: channel {} and {}", a.name, channels::channel_name(a.channel), channels::channel_name(b.channel));
   }
   if (a.format != b.format) {
-    return fmt::format("layer {}: format {} and {}", a.name, format_info(a.format).name, format_info(b.format).name);
+    return fmt::format("layer {}: format {} and {}", a.name, format_name(a.format), format_name(b.format));
   }
+  if (!a.has_known_format()) return unknown_format_text(a);
   if (a.transfer != b.transfer) {
     return fmt::format("layer {}: transfer {} and {}", a.name, transfer_name(a.transfer), transfer_name(b.transfer));
   }

@@ -62,7 +62,7 @@ Result<LevelSummary> summarise(const store::StoreReader& reader, const LayerInfo
 
   const TexelRect tiles = layer.tile_rect(level);
   summary.tiles_in_data = static_cast<std::uint64_t>(tiles.width) * static_cast<std::uint64_t>(tiles.height);
-  if (summary.tiles_in_data > kMaxCountedTiles) return summary;
+  if (summary.tiles_in_data > kMaxCountedTiles || !layer.has_known_format()) return summary;
   summary.is_counted = true;
   for (std::int64_t y = tiles.y; y < tiles.bottom(); ++y) {
     for (std::int64_t x = tiles.x; x < tiles.right(); ++x) {
@@ -134,7 +134,7 @@ nlohmann::ordered_json layer_json(const LayerInfo& layer, const std::vector<Leve
       {"role", role_name(layer.role)},
       {"state", state_name(layer.state)},
       {"channel", channels::channel_name(layer.channel)},
-      {"format", format_info(layer.format).name},
+      {"format", format_name(layer.format)},
       {"transfer", transfer_name(layer.transfer)},
       {"tile_texels", layer.tile_texels()},
       {"finest_level", layer.finest.value},
@@ -174,7 +174,7 @@ std::string step_text(Point2 value) {
 
 std::string layer_table(const LayerInfo& layer, const std::vector<LevelSummary>& levels) {
   std::string text = fmt::format("\nlayer {} \"{}\": {}, {}{}{}, {}\n", layer.id.value, layer.name, channels::channel_name(layer.channel),
-                                 format_info(layer.format).name, layer.transfer == Transfer::kSrgb ? " sRGB" : "",
+                                 format_name(layer.format), layer.transfer == Transfer::kSrgb ? " sRGB" : "",
                                  layer.is_part ? fmt::format(", part of layer {}", layer.owner.value) : "", state_name(layer.state));
   text += fmt::format("  {} x {} texels, tiles of {}, finest level {}, vt {}, {} tiles in {}", layer.data.width, layer.data.height,
                       layer.tile_texels(), layer.finest.value, layer.vt_exponent(), layer.tiles, cli::format_bytes(layer.stored_bytes));
@@ -184,6 +184,7 @@ std::string layer_table(const LayerInfo& layer, const std::vector<LevelSummary>&
   if (!std::isnan(layer.source_nodata)) text += fmt::format(", source's nodata {:g}", layer.source_nodata);
   if (layer.zero_is_nodata && channels::kind_of(layer.channel).shown != channels::Shown::kClasses) text += ", code 0 is no data";
   text += '\n';
+  if (!layer.has_known_format()) text += "  a newer program wrote this format, which this one cannot read\n";
   const auto metadata = parsed_metadata(layer.metadata_json);
   const std::vector<std::string> names = component_names(metadata);
   const std::string unit = unit_of(layer, metadata);

@@ -29,9 +29,7 @@ std::string quoted_layer_names(const store::StoreReader& reader) {
   return names.empty() ? "none" : names;
 }
 
-}  // namespace
-
-Result<const LayerInfo*> choose_layer(const store::StoreReader& reader, const std::string& layer) {
+Result<const LayerInfo*> find_wanted_layer(const store::StoreReader& reader, const std::string& layer) {
   const std::string file = reader.path().string();
   if (!layer.empty()) {
     if (const LayerInfo* found = reader.find_layer(layer)) return found;
@@ -52,6 +50,14 @@ Result<const LayerInfo*> choose_layer(const store::StoreReader& reader, const st
   }
   if (only == nullptr) return fail(ErrorCode::kNotFound, fmt::format("{}: has no texture layer yet", file));
   return only;
+}
+
+}  // namespace
+
+Result<const LayerInfo*> choose_layer(const store::StoreReader& reader, const std::string& layer) {
+  VT_ASSIGN(const LayerInfo* const found, find_wanted_layer(reader, layer));
+  VT_CHECK(reader.check_readable(found->id));
+  return found;
 }
 
 Result<Level> choose_level(const store::StoreReader& reader, const LayerInfo& layer, std::optional<int> level) {

@@ -248,8 +248,7 @@ Result<int> run_sample(const SampleOptions& options) {
     return 0;
   }
 
-  std::string text =
-      fmt::format("layer     {} ({}, {})\n", layer->name, channels::channel_name(layer->channel), format_info(layer->format).name);
+  std::string text = fmt::format("layer     {} ({}, {})\n", layer->name, channels::channel_name(layer->channel), format_info(layer->format).name);
   text += fmt::format("level     {} (finest {}, paper level {})\n", int{level.value}, int{layer->finest.value},
                       paper_level(level, layer->finest));
   text += fmt::format("texel     {}, {}\n", x - data.x, y - data.y);

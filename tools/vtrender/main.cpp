@@ -93,7 +93,7 @@ Result<std::optional<runtime::HeightField>> read_heights(const store::StoreReade
   const LayerInfo* chosen = nullptr;
   for (const LayerInfo& layer : reader.layers())
     if (layer.role == LayerRole::kTexture && chosen == nullptr &&
-        (name.empty() ? layer.channel == ChannelType::kElevation && !layer.is_part : layer.name == name))
+        (name.empty() ? layer.channel == ChannelType::kElevation && !layer.is_part && layer.has_known_format() : layer.name == name))
       chosen = &layer;
   if (chosen == nullptr) {
     if (name.empty()) return std::optional<runtime::HeightField>();
