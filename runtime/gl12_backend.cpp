@@ -1,31 +1,10 @@
 #include "runtime/gl12_backend.h"
 
-#include "runtime/texel_conversion.h"
+#include "runtime/gl_formats.h"
 
 namespace vt::runtime {
 
 using namespace gl12;
-
-std::optional<GlPixelFormat> plain_pixel_format(TexelFormat format) {
-  switch (format) {
-    case TexelFormat::kRgb8:
-      return GlPixelFormat{.internal = GL_RGB8, .format = GL_RGB, .type = GL_UNSIGNED_BYTE};
-    case TexelFormat::kRgba8:
-      return GlPixelFormat{.internal = GL_RGBA8, .format = GL_RGBA, .type = GL_UNSIGNED_BYTE};
-    case TexelFormat::kR8:
-      return GlPixelFormat{.internal = GL_LUMINANCE8, .format = GL_LUMINANCE, .type = GL_UNSIGNED_BYTE};
-    case TexelFormat::kRg8:
-      return GlPixelFormat{.internal = GL_LUMINANCE8_ALPHA8, .format = GL_LUMINANCE_ALPHA, .type = GL_UNSIGNED_BYTE};
-    case TexelFormat::kR16:
-      return GlPixelFormat{.internal = GL_LUMINANCE16, .format = GL_LUMINANCE, .type = GL_UNSIGNED_SHORT};
-    case TexelFormat::kRg16:
-      return GlPixelFormat{.internal = GL_LUMINANCE16_ALPHA16, .format = GL_LUMINANCE_ALPHA, .type = GL_UNSIGNED_SHORT};
-    case TexelFormat::kRgba16:
-      return GlPixelFormat{.internal = GL_RGBA16, .format = GL_RGBA, .type = GL_UNSIGNED_SHORT};
-    default:
-      return std::nullopt;
-  }
-}
 
 Result<void> Gl12Backend::load(const GlHost& host, GlTextures& textures) {
   VT_CHECK(textures.load(host));
@@ -49,14 +28,10 @@ Result<void> Gl12Backend::load(const GlHost& host, GlTextures& textures) {
 Result<Gl12Backend::Upload> Gl12Backend::upload_for(TexelFormat layer_format, bool must_be_plain) const {
   if (format_info(layer_format).samples == SampleKind::kOpaque)
     return fail(ErrorCode::kUnsupported, format_name(layer_format) + " layers hold no texture");
-  if (compressed_ && !must_be_plain) {
-    if (layer_format == TexelFormat::kBc1)
-      return Upload{layer_format, {.internal = GL_COMPRESSED_RGB_S3TC_DXT1_EXT, .format = 0, .type = 0, .compressed = true}};
-    if (layer_format == TexelFormat::kBc3)
-      return Upload{layer_format, {.internal = GL_COMPRESSED_RGBA_S3TC_DXT5_EXT, .format = 0, .type = 0, .compressed = true}};
-  }
-  const TexelFormat plain = decoded_format(layer_format);
-  if (const auto pixel = plain_pixel_format(plain)) return Upload{plain, *pixel};
+  const GlPixelFormat& own = gl_format(layer_format).fixed;
+  if (own.compressed && compressed_ && !must_be_plain) return Upload{layer_format, own};
+  const TexelFormat plain = format_info(layer_format).decoded_to;
+  if (const GlPixelFormat& pixel = gl_format(plain).fixed; !pixel.is_none()) return Upload{plain, pixel};
   return fail(ErrorCode::kUnsupported,
               std::string(format_info(layer_format).name) + " textures do not exist in OpenGL 1.2; use the shader path");
 }

@@ -2,8 +2,6 @@
 // This file and its .cpp see no newer name, as gl12_table.h has none. GL thread, the context current.
 #pragma once
 
-#include <optional>
-
 #include "runtime/gl_textures.h"
 #include "runtime/paging.h"
 
@@ -25,8 +23,5 @@ class Gl12Backend {
   gl12::MatrixFunctions gl_;
   bool compressed_ = false;
 };
-
-// The formats that need nothing beyond OpenGL 1.2; nothing for others.
-[[nodiscard]] std::optional<GlPixelFormat> plain_pixel_format(TexelFormat format);
 
 }  // namespace vt::runtime

@@ -17,6 +17,7 @@ struct GlPixelFormat {
   gl12::GLenum format = 0;  // both 0 for compressed formats
   gl12::GLenum type = 0;
   bool compressed = false;
+  [[nodiscard]] bool is_none() const { return internal == 0; }
 };
 
 // Major * 100 + minor of a GL_VERSION string ("1.2 Mesa 22.3.6" is 102); 0 when there is none.

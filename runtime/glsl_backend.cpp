@@ -1,65 +1,8 @@
 #include "runtime/glsl_backend.h"
 
-#include "runtime/texel_conversion.h"
+#include "runtime/gl_formats.h"
 
 namespace vt::runtime {
-namespace {
-
-// How OpenGL 3.0 and the extensions for blocks take a format.
-GlPixelFormat shader_pixel_format(TexelFormat format) {
-  using namespace gl12;
-  using namespace glsl;
-  const auto plain = [](unsigned internal, unsigned channels, unsigned type) {
-    return GlPixelFormat{.internal = internal, .format = channels, .type = type};
-  };
-  const auto blocks = [](unsigned internal) { return GlPixelFormat{.internal = internal, .compressed = true}; };
-  switch (format) {
-    case TexelFormat::kRgb8:
-    case TexelFormat::kRgba8:
-    case TexelFormat::kRgba16:
-      return *plain_pixel_format(format);
-    case TexelFormat::kR8:
-      return plain(GL_R8, gl12::GL_RED, GL_UNSIGNED_BYTE);
-    case TexelFormat::kRg8:
-      return plain(GL_RG8, GL_RG, GL_UNSIGNED_BYTE);
-    case TexelFormat::kR16:
-      return plain(GL_R16, gl12::GL_RED, GL_UNSIGNED_SHORT);
-    case TexelFormat::kRg16:
-      return plain(GL_RG16, GL_RG, GL_UNSIGNED_SHORT);
-    case TexelFormat::kR16Float:
-      return plain(GL_R16F, gl12::GL_RED, GL_HALF_FLOAT);
-    case TexelFormat::kRg16Float:
-      return plain(GL_RG16F, GL_RG, GL_HALF_FLOAT);
-    case TexelFormat::kRgba16Float:
-      return plain(GL_RGBA16F, gl12::GL_RGBA, GL_HALF_FLOAT);
-    case TexelFormat::kR32Float:
-      return plain(GL_R32F, gl12::GL_RED, gl12::GL_FLOAT);
-    case TexelFormat::kRg32Float:
-      return plain(GL_RG32F, GL_RG, gl12::GL_FLOAT);
-    case TexelFormat::kRgba32Float:
-      return plain(GL_RGBA32F, gl12::GL_RGBA, gl12::GL_FLOAT);
-    case TexelFormat::kRgb9e5:
-      return plain(GL_RGB9_E5, gl12::GL_RGB, GL_UNSIGNED_INT_5_9_9_9_REV);
-    case TexelFormat::kBc1:
-      return blocks(GL_COMPRESSED_RGB_S3TC_DXT1_EXT);
-    case TexelFormat::kBc3:
-      return blocks(GL_COMPRESSED_RGBA_S3TC_DXT5_EXT);
-    case TexelFormat::kBc4:
-      return blocks(GL_COMPRESSED_RED_RGTC1);
-    case TexelFormat::kBc5:
-      return blocks(GL_COMPRESSED_RG_RGTC2);
-    case TexelFormat::kBc6h:
-      return blocks(GL_COMPRESSED_RGB_BPTC_UNSIGNED_FLOAT_ARB);
-    case TexelFormat::kBc7:
-      return blocks(GL_COMPRESSED_RGBA_BPTC_UNORM_ARB);
-    case TexelFormat::kHash128:
-    case TexelFormat::kBlob:
-      break;
-  }
-  return {};
-}
-
-}  // namespace
 
 std::string glsl_function_text(std::string_view name, int stages) {
   const std::string n(name);
@@ -130,32 +73,29 @@ bool GlslBackend::has_extension(const char* name, const GlTextures& textures) co
 }
 
 bool GlslBackend::takes_blocks(TexelFormat format) const {
-  switch (format) {
-    case TexelFormat::kBc1:
-    case TexelFormat::kBc3:
-      return s3tc_;
-    case TexelFormat::kBc4:
-    case TexelFormat::kBc5:
-      return rgtc_;
-    case TexelFormat::kBc6h:
-    case TexelFormat::kBc7:
-      return bptc_;
-    default:
+  switch (gl_format(format).blocks) {
+    case BlockSupport::kNotBlocks:
       return false;
+    case BlockSupport::kS3tc:
+      return s3tc_;
+    case BlockSupport::kRgtc:
+      return rgtc_;
+    case BlockSupport::kBptc:
+      return bptc_;
   }
+  return false;
 }
 
 Result<Gl12Backend::Upload> GlslBackend::upload_for(TexelFormat layer_format, bool must_be_plain) const {
   const std::string name = format_name(layer_format);
   if (format_info(layer_format).samples == SampleKind::kOpaque) return fail(ErrorCode::kUnsupported, name + " layers hold no texture");
   const bool is_block = takes_blocks(layer_format) && !must_be_plain;
-  const TexelFormat format = is_block ? layer_format : decoded_format(layer_format);
+  const TexelFormat format = is_block ? layer_format : format_info(layer_format).decoded_to;
+  const GlFormat& row = gl_format(format);
+  if (version_ >= 300 || is_block) return Gl12Backend::Upload{format, row.shader};
   // Before 3.0 there is only what the fixed path has, of which two channels would be red and alpha.
-  const bool is_old = format == TexelFormat::kRgb8 || format == TexelFormat::kRgba8 || format == TexelFormat::kRgba16;
-  const bool is_luminance = format == TexelFormat::kR8 || format == TexelFormat::kR16;
-  if (is_old || (version_ < 300 && is_luminance)) return Gl12Backend::Upload{format, *plain_pixel_format(format)};
-  if (version_ < 300 && !is_block) return fail(ErrorCode::kUnsupported, name + " textures need OpenGL 3.0");
-  return Gl12Backend::Upload{format, shader_pixel_format(format)};
+  if (!row.fixed.is_none() && format_info(format).channels != 2) return Gl12Backend::Upload{format, row.fixed};
+  return fail(ErrorCode::kUnsupported, name + " textures need OpenGL 3.0");
 }
 
 Result<ShaderBinding> GlslBackend::binding(unsigned program, std::string_view name, int first_unit, int stages) const {

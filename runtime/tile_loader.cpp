@@ -5,7 +5,7 @@
 #include <cassert>
 #include <exception>
 
-#include "runtime/texel_conversion.h"
+#include "store/texel/texel_decoder.h"
 
 namespace vt::runtime {
 namespace {
@@ -34,7 +34,7 @@ std::size_t tile_bytes(const FormatInfo& format, int tile_exponent, int mips) { 
 TileLoader::TileLoader(std::shared_ptr<TileSource> source, TexelConversion conversion, int largest_exponent, int most_mips,
                        int staging_tiles, std::size_t most_requests)
     : source_(std::move(source)), conversion_(conversion) {
-  assert(conversion_.source == conversion_.target || conversion_.target == decoded_format(conversion_.source));
+  assert(conversion_.source == conversion_.target || conversion_.target == format_info(conversion_.source).decoded_to);
   const int count = std::max(staging_tiles, 1);
   for (int i = 0; i < count; ++i) {
     images_.push_back(std::make_unique<TileImage>());
@@ -164,7 +164,7 @@ Result<bool> TileLoader::load(const TileRequest& request, TileImage& image) {
       const std::span<std::byte> blocks =
           std::span(scratch_).first(payload_bytes(source, static_cast<std::size_t>(edge), static_cast<std::size_t>(edge)));
       VT_CHECK(source_->read(level, rect, blocks));
-      decode_blocks(conversion_.source, blocks, static_cast<std::size_t>(edge), static_cast<std::size_t>(edge), out);
+      store::decode_blocks(conversion_.source, blocks, static_cast<std::size_t>(edge), static_cast<std::size_t>(edge), out);
     }
     if (conversion_.tint_levels) tint(request, out);
   }
@@ -172,8 +172,9 @@ Result<bool> TileLoader::load(const TileRequest& request, TileImage& image) {
 }
 
 void TileLoader::tint(const TileRequest& request, std::span<std::byte> texels) const {
-  const std::size_t channels = conversion_.target == TexelFormat::kRgb8 ? 3 : conversion_.target == TexelFormat::kRgba8 ? 4 : 0;
-  if (channels == 0) return;
+  const FormatInfo& target = format_info(conversion_.target);
+  const std::size_t channels = target.channels;
+  if (target.samples != SampleKind::kUnorm8 || channels < 3) return;
   const std::array<std::uint8_t, 3> colour = tint_colour(request.levels_from_finest);
   for (std::size_t i = 0; i + channels <= texels.size(); i += channels)
     for (std::size_t c = 0; c < 3; ++c) texels[i + c] = static_cast<std::byte>((std::to_integer<unsigned>(texels[i + c]) + colour[c]) / 2);

@@ -22,7 +22,7 @@ namespace vt::runtime {
 // What becomes of a layer's texels on their way to GL.
 struct TexelConversion {
   TexelFormat source = TexelFormat::kRgb8;
-  TexelFormat target = TexelFormat::kRgb8;  // the same as source, or decoded_format(source)
+  TexelFormat target = TexelFormat::kRgb8;  // the same as source, or what its blocks are decoded_to
   bool tint_levels = false;                 // mixes 8-bit colours with one colour a level, to show the levels' squares
 };
 

@@ -13,7 +13,6 @@
 #include "runtime/residency.h"
 #include "runtime/selection.h"
 #include "runtime/sub_load.h"
-#include "runtime/texel_conversion.h"
 #include "runtime/tile_loader.h"
 
 namespace vt::runtime {
@@ -33,7 +32,7 @@ std::uint64_t bytes_of(const VtLayout& layout, TexelFormat format) {
   return bytes;
 }
 
-TexelFormat format_in_memory(TexelFormat format, bool decoded) { return decoded ? decoded_format(format) : format; }
+TexelFormat format_in_memory(TexelFormat format, bool decoded) { return decoded ? format_info(format).decoded_to : format; }
 
 }  // namespace
 

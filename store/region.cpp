@@ -7,14 +7,13 @@
 #include <cstring>
 #include <optional>
 #include <string>
+#include <type_traits>
 #include <vector>
 
 #include "store/format/tile_text.h"
 #include "store/io/bytes.h"
-#include "store/texel/bc6h.h"
-#include "store/texel/bc7.h"
+#include "store/texel/block_enlarger.h"
 #include "store/texel/half.h"
-#include "store/texel/solid_block.h"
 
 namespace vt::store {
 namespace {
@@ -81,121 +80,53 @@ struct Canvas {
   }
 };
 
-// Half a block, or a whole one, of a format that keeps two end points and then an index a texel: what BC1, BC3, BC4 and BC5 are made of.
-struct IndexedBlock {
-  int index_bits = 0;  // the 16 of them are the upper bits of 8 bytes
-};
-constexpr IndexedBlock kColorBlock{2};
-constexpr IndexedBlock kChannelBlock{3};
-
-// The blocks that make up one of the format's; none where indices alone do not tell.
-std::span<const IndexedBlock> indexed_blocks(TexelFormat format) {
-  static constexpr std::array kBc1 = {kColorBlock};
-  static constexpr std::array kBc3 = {kChannelBlock, kColorBlock};
-  static constexpr std::array kBc4 = {kChannelBlock};
-  static constexpr std::array kBc5 = {kChannelBlock, kChannelBlock};
-  if (format == TexelFormat::kBc1) return kBc1;
-  if (format == TexelFormat::kBc3) return kBc3;
-  if (format == TexelFormat::kBc4) return kBc4;
-  if (format == TexelFormat::kBc5) return kBc5;
-  return {};
-}
-
-// Such a block of a level `steps` coarser than the wanted one, enlarged 2^steps times, as seen by fine block (x, y): its end points in
-// their order (so the mode that it chooses stays), and the index of the coarse texel under each of the 16 fine texels.
-void enlarge_block(IndexedBlock block, const std::byte* coarse, std::int64_t x, std::int64_t y, int steps, std::byte* fine) {
-  const auto coarse_bits = get<std::uint64_t>({coarse, 8}, 0);
-  const int end_point_bits = 64 - 16 * block.index_bits;
-  const std::uint64_t index_mask = (std::uint64_t{1} << block.index_bits) - 1;
-  std::uint64_t fine_bits = coarse_bits & ((std::uint64_t{1} << end_point_bits) - 1);
-  for (int texel = 0; texel < 16; ++texel) {
-    const std::int64_t coarse_x = ((x * 4 + texel % 4) >> steps) & 3;
-    const std::int64_t coarse_y = ((y * 4 + texel / 4) >> steps) & 3;
-    const std::uint64_t index = coarse_bits >> (end_point_bits + block.index_bits * (coarse_y * 4 + coarse_x)) & index_mask;
-    fine_bits |= index << (end_point_bits + block.index_bits * texel);
-  }
-  put<std::uint64_t>({fine, 8}, 0, fine_bits);
-}
-
-// The blocks of BC7 and BC6H tell too little by their indices: several subsets, whose shapes cannot be enlarged. From 4 times on a fine
-// block lies inside one coarse texel and is that texel, exactly. Enlarged twice it covers 2 x 2 texels, and is their mean.
-template <class Texels, class Mean>
-auto texel_under(const Texels& coarse, std::int64_t x, std::int64_t y, int steps, const Mean& mean) {
-  const auto at = [&](std::int64_t column, std::int64_t row) { return coarse[static_cast<std::size_t>(row * 4 + column)]; };
-  const std::int64_t first_x = ((x * 4) >> steps) & 3;
-  const std::int64_t first_y = ((y * 4) >> steps) & 3;
-  auto texel = at(first_x, first_y);
-  if (steps > 1) return texel;
-  for (std::size_t c = 0; c < texel.size(); ++c)
-    texel[c] = mean(at(first_x, first_y)[c], at(first_x + 1, first_y)[c], at(first_x, first_y + 1)[c], at(first_x + 1, first_y + 1)[c]);
-  return texel;
-}
-std::array<std::byte, 16> enlarge_bptc(TexelFormat format, std::span<const std::byte, 16> coarse, std::int64_t x, std::int64_t y,
-                                       int steps) {
-  if (format == TexelFormat::kBc7) {
-    const auto mean = [](unsigned a, unsigned b, unsigned c, unsigned d) { return static_cast<std::uint8_t>((a + b + c + d + 2) / 4); };
-    return solid_bc7_block(texel_under(decode_bc7_block(coarse), x, y, steps, mean));
-  }
-  const auto mean = [](std::uint16_t a, std::uint16_t b, std::uint16_t c, std::uint16_t d) {
-    return half_from_float((float_from_half(a) + float_from_half(b) + float_from_half(c) + float_from_half(d)) / 4.0F);
-  };
-  return solid_bc6h_block(texel_under(decode_bc6h_block(coarse), x, y, steps, mean));
-}
-
-// Replicates one row of an ancestor's texels. `Bytes` is a constant so that each copy is one move.
-template <std::size_t Bytes>
-void enlarge_row(const std::byte* coarse_row, std::int64_t coarse_first, std::int64_t x, std::int64_t width, int steps, std::byte* out) {
+// Replicates one row of an ancestor's texels. `bytes` is a constant for the usual sizes, so that each copy is one move.
+void enlarge_row(auto bytes, const std::byte* coarse_row, std::int64_t coarse_first, std::int64_t x, std::int64_t width, int steps,
+                 std::byte* out) {
   for (std::int64_t i = 0; i < width; ++i)
-    std::memcpy(out + static_cast<std::size_t>(i) * Bytes, coarse_row + static_cast<std::size_t>(((x + i) >> steps) - coarse_first) * Bytes,
-                Bytes);
+    std::memcpy(out + static_cast<std::size_t>(i) * bytes, coarse_row + static_cast<std::size_t>(((x + i) >> steps) - coarse_first) * bytes,
+                bytes);
 }
+template <std::size_t kBytes>
+using Bytes = std::integral_constant<std::size_t, kBytes>;
 
 // Fills `rect` (in blocks of the wanted level) from `source`, a tile `steps` levels coarser that covers it.
 void enlarge(const Canvas& canvas, const BlockRect& rect, const FormatInfo& format, std::span<const std::byte> source, TileId source_tile,
              std::int64_t tile_blocks, int steps) {
   const std::int64_t first_x = std::int64_t{source_tile.x} * tile_blocks;
   const std::int64_t first_y = std::int64_t{source_tile.y} * tile_blocks;
-  const std::size_t source_pitch = static_cast<std::size_t>(tile_blocks) * format.block_bytes;
+  const std::size_t bytes = format.block_bytes;
+  const std::size_t source_pitch = static_cast<std::size_t>(tile_blocks) * bytes;
   for (std::int64_t y = rect.y; y < rect.y + rect.height; ++y) {
     const std::byte* row = source.data() + static_cast<std::size_t>((y >> steps) - first_y) * source_pitch;
     std::byte* out = canvas.at(rect.x, y);
-    if (format.block_edge > 1) {
-      for (std::int64_t x = rect.x; x < rect.x + rect.width; ++x) {
-        const std::byte* coarse = row + static_cast<std::size_t>((x >> steps) - first_x) * format.block_bytes;
-        if (indexed_blocks(format.format).empty()) {
-          const auto block = enlarge_bptc(format.format, std::span<const std::byte, 16>(coarse, 16), x, y, steps);
-          out = std::copy(block.begin(), block.end(), out);
-          continue;
-        }
-        for (const IndexedBlock block : indexed_blocks(format.format)) {
-          enlarge_block(block, coarse, x, y, steps, out);
-          coarse += 8;
-          out += 8;
-        }
-      }
+    if (is_block_format(format)) {
+      for (std::int64_t x = rect.x; x < rect.x + rect.width; ++x, out += bytes)
+        enlarge_block(format.format, {row + static_cast<std::size_t>((x >> steps) - first_x) * bytes, bytes}, x, y, steps, {out, bytes});
       continue;
     }
-    switch (format.block_bytes) {
+    const auto enlarge_in = [&](auto texel_bytes) { enlarge_row(texel_bytes, row, first_x, rect.x, rect.width, steps, out); };
+    switch (bytes) {
       case 1:
-        enlarge_row<1>(row, first_x, rect.x, rect.width, steps, out);
+        enlarge_in(Bytes<1>());
         break;
       case 2:
-        enlarge_row<2>(row, first_x, rect.x, rect.width, steps, out);
+        enlarge_in(Bytes<2>());
         break;
       case 3:
-        enlarge_row<3>(row, first_x, rect.x, rect.width, steps, out);
+        enlarge_in(Bytes<3>());
         break;
       case 4:
-        enlarge_row<4>(row, first_x, rect.x, rect.width, steps, out);
+        enlarge_in(Bytes<4>());
         break;
       case 8:
-        enlarge_row<8>(row, first_x, rect.x, rect.width, steps, out);
+        enlarge_in(Bytes<8>());
         break;
       case 16:
-        enlarge_row<16>(row, first_x, rect.x, rect.width, steps, out);
+        enlarge_in(Bytes<16>());
         break;
       default:
-        assert(false);
+        enlarge_in(bytes);
     }
   }
 }

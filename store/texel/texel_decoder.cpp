@@ -1,6 +1,7 @@
 #include "store/texel/texel_decoder.h"
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cassert>
 #include <vector>
@@ -17,23 +18,33 @@
 namespace vt::store {
 namespace {
 
-// One number after another; `number_at` gives the one at a byte offset.
-template <class NumberAt>
-void decode_numbers(std::size_t sample_bytes, std::span<float> out, const NumberAt& number_at) {
-  for (std::size_t i = 0; i < out.size(); ++i) out[i] = number_at(i * sample_bytes);
+using Payload = std::span<const std::byte>;
+
+// One number after another.
+void decode_unorm8(Payload payload, std::size_t, std::size_t, std::span<float> out) {
+  for (std::size_t i = 0; i < out.size(); ++i) out[i] = static_cast<float>(payload[i]);
+}
+void decode_unorm16(Payload payload, std::size_t, std::size_t, std::span<float> out) {
+  for (std::size_t i = 0; i < out.size(); ++i) out[i] = static_cast<float>(get<std::uint16_t>(payload, i * 2));
+}
+void decode_half(Payload payload, std::size_t, std::size_t, std::span<float> out) {
+  for (std::size_t i = 0; i < out.size(); ++i) out[i] = float_from_half(get<std::uint16_t>(payload, i * 2));
+}
+void decode_float(Payload payload, std::size_t, std::size_t, std::span<float> out) {
+  for (std::size_t i = 0; i < out.size(); ++i) out[i] = std::bit_cast<float>(get<std::uint32_t>(payload, i * 4));
 }
 
-// Through RGBA8, of which the first channels are kept.
-void decode_colors(void (*decode)(std::span<const std::byte>, std::size_t, std::size_t, std::span<std::byte>),
-                   std::span<const std::byte> payload, std::size_t width, std::size_t height, std::size_t channels, std::span<float> out) {
+// Blocks of colours, through RGBA8, of which the first channels are kept.
+template <void (*kDecodeImage)(Payload, std::size_t, std::size_t, std::span<std::byte>), std::size_t kChannels>
+void decode_color_blocks(Payload payload, std::size_t width, std::size_t height, std::span<float> out) {
   thread_local std::vector<std::byte> rgba;
   rgba.resize(width * height * 4);
-  decode(payload, width, height, rgba);
+  kDecodeImage(payload, width, height, rgba);
   for (std::size_t texel = 0; texel < width * height; ++texel)
-    for (std::size_t c = 0; c < channels; ++c) out[texel * channels + c] = static_cast<float>(rgba[texel * 4 + c]);
+    for (std::size_t c = 0; c < kChannels; ++c) out[texel * kChannels + c] = static_cast<float>(rgba[texel * 4 + c]);
 }
 
-void decode_bc6h(std::span<const std::byte> payload, std::size_t width, std::size_t height, std::span<float> out) {
+void decode_bc6h(Payload payload, std::size_t width, std::size_t height, std::span<float> out) {
   thread_local std::vector<std::byte> rgba16f;
   rgba16f.resize(width * height * 8);
   decode_bc6h_image(payload, width, height, rgba16f);
@@ -41,50 +52,57 @@ void decode_bc6h(std::span<const std::byte> payload, std::size_t width, std::siz
     for (std::size_t c = 0; c < 3; ++c) out[texel * 3 + c] = float_from_half(get<std::uint16_t>(rgba16f, texel * 8 + c * 2));
 }
 
-void decode_rgb9e5(std::span<const std::byte> payload, std::span<float> out) {
+void decode_rgb9e5(Payload payload, std::size_t, std::size_t, std::span<float> out) {
   for (std::size_t texel = 0; texel < payload.size() / 4; ++texel) {
     const auto rgb = unpack_rgb9e5(get<std::uint32_t>(payload, texel * 4));
     std::copy(rgb.begin(), rgb.end(), out.begin() + static_cast<std::ptrdiff_t>(texel * 3));
   }
 }
 
+struct Decoder {
+  TexelFormat format;
+  void (*to_numbers)(Payload payload, std::size_t width, std::size_t height, std::span<float> out);
+  void (*to_plain)(Payload blocks, std::size_t width, std::size_t height, std::span<std::byte> out) = nullptr;  // of block formats
+};
+constexpr std::array kDecoders = {
+    Decoder{TexelFormat::kRgb8, decode_unorm8},
+    Decoder{TexelFormat::kRgba8, decode_unorm8},
+    Decoder{TexelFormat::kBc1, decode_color_blocks<decode_bc1_image, 3>, decode_bc1_image},
+    Decoder{TexelFormat::kR32Float, decode_float},
+    Decoder{TexelFormat::kRg32Float, decode_float},
+    Decoder{TexelFormat::kRgba32Float, decode_float},
+    Decoder{TexelFormat::kR8, decode_unorm8},
+    Decoder{TexelFormat::kRg8, decode_unorm8},
+    Decoder{TexelFormat::kR16, decode_unorm16},
+    Decoder{TexelFormat::kRg16, decode_unorm16},
+    Decoder{TexelFormat::kRgba16, decode_unorm16},
+    Decoder{TexelFormat::kR16Float, decode_half},
+    Decoder{TexelFormat::kRg16Float, decode_half},
+    Decoder{TexelFormat::kRgba16Float, decode_half},
+    Decoder{TexelFormat::kRgb9e5, decode_rgb9e5},
+    Decoder{TexelFormat::kBc3, decode_color_blocks<decode_bc3_image, 4>, decode_bc3_image},
+    Decoder{TexelFormat::kBc4, decode_bc4_image, decode_bc4_image},
+    Decoder{TexelFormat::kBc5, decode_bc5_image, decode_bc5_image},
+    Decoder{TexelFormat::kBc6h, decode_bc6h, decode_bc6h_image},
+    Decoder{TexelFormat::kBc7, decode_color_blocks<decode_bc7_image, 4>, decode_bc7_image},
+};
+static_assert(has_one_row_each(kDecoders, has_samples));
+static_assert(std::ranges::all_of(kDecoders, [](const Decoder& row) {
+  return (row.to_plain != nullptr) == is_block_format(format_info(row.format));
+}));
+
 }  // namespace
 
 void decode_texels(TexelFormat format, std::span<const std::byte> payload, std::size_t width, std::size_t height, std::span<float> out) {
-  const FormatInfo& info = format_info(format);
-  assert(payload.size() == payload_bytes(info, width, height) && out.size() == width * height * info.channels);
-  switch (info.samples) {
-    case SampleKind::kUnorm8:
-      return decode_numbers(1, out, [&](std::size_t at) { return static_cast<float>(payload[at]); });
-    case SampleKind::kUnorm16:
-      return decode_numbers(2, out, [&](std::size_t at) { return static_cast<float>(get<std::uint16_t>(payload, at)); });
-    case SampleKind::kHalf:
-      return decode_numbers(2, out, [&](std::size_t at) { return float_from_half(get<std::uint16_t>(payload, at)); });
-    case SampleKind::kFloat:
-      return decode_numbers(4, out, [&](std::size_t at) { return std::bit_cast<float>(get<std::uint32_t>(payload, at)); });
-    case SampleKind::kSharedExponent:
-    case SampleKind::kBlock:
-    case SampleKind::kOpaque:
-      break;
-  }
-  switch (format) {
-    case TexelFormat::kBc1:
-      return decode_colors(decode_bc1_image, payload, width, height, info.channels, out);
-    case TexelFormat::kBc3:
-      return decode_colors(decode_bc3_image, payload, width, height, info.channels, out);
-    case TexelFormat::kBc4:
-      return decode_bc4_image(payload, width, height, out);
-    case TexelFormat::kBc5:
-      return decode_bc5_image(payload, width, height, out);
-    case TexelFormat::kBc6h:
-      return decode_bc6h(payload, width, height, out);
-    case TexelFormat::kBc7:
-      return decode_colors(decode_bc7_image, payload, width, height, info.channels, out);
-    case TexelFormat::kRgb9e5:
-      return decode_rgb9e5(payload, out);
-    default:
-      assert(false);
-  }
+  assert(payload.size() == payload_bytes(format_info(format), width, height));
+  assert(out.size() == width * height * format_info(format).channels);
+  row_of(kDecoders, format).to_numbers(payload, width, height, out);
+}
+
+void decode_blocks(TexelFormat format, std::span<const std::byte> blocks, std::size_t width, std::size_t height, std::span<std::byte> out) {
+  assert(blocks.size() == payload_bytes(format_info(format), width, height));
+  assert(out.size() == payload_bytes(format_info(format_info(format).decoded_to), width, height));
+  row_of(kDecoders, format).to_plain(blocks, width, height, out);
 }
 
 }  // namespace vt::store

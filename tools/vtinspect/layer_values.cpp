@@ -95,10 +95,7 @@ Result<geo::Crs> crs_of(const store::StoreReader& reader) {
 namespace {
 
 // Samples on the scale of 0 to 255 that are whole, decoded out of blocks or not.
-bool has_byte_samples(TexelFormat format) {
-  return format_info(format).samples == SampleKind::kUnorm8 || format == TexelFormat::kBc1 || format == TexelFormat::kBc3 ||
-         format == TexelFormat::kBc7;
-}
+bool has_byte_samples(TexelFormat format) { return format_info(format_info(format).encoded_from).samples == SampleKind::kUnorm8; }
 
 // "no_data_class" of a layer of classes, as class_table_of() reads it.
 std::optional<double> class_of_none(const nlohmann::ordered_json& metadata) {

@@ -2,22 +2,19 @@
 #pragma once
 
 #include <cassert>
-#include <cstdint>
-#include <optional>
 
 #include "store/texel_format.h"
 
 namespace vt::channels {
 
-// The format whose samples are like those of `format`, `channels` of them a texel; there has to be one. Of blocks, one or two: bc4 and bc5.
+// The format whose samples are like those of `format`, `channels` of them a texel; there has to be one. Blocks have one or two: bc4
+// and bc5.
 [[nodiscard]] inline TexelFormat format_of_channels(TexelFormat format, int channels) {
   const FormatInfo& wanted = format_info(format);
   if (wanted.channels == channels) return format;
   assert(wanted.samples != SampleKind::kBlock || channels <= 2);
-  for (std::uint16_t number = 1; const std::optional<TexelFormat> other = format_from_number(number); ++number) {
-    const FormatInfo& info = format_info(*other);
-    if (info.samples == wanted.samples && info.channels == channels) return *other;
-  }
+  for (const FormatInfo& info : kTexelFormats)
+    if (info.samples == wanted.samples && info.channels == channels) return info.format;
   assert(false);
   return format;
 }
