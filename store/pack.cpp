@@ -18,6 +18,7 @@
 #include "store/index/index_cursor.h"
 #include "store/index/new_store.h"
 #include "store/io/file.h"
+#include "store/io/folder.h"
 #include "store/io/uuid.h"
 
 namespace vt::store {
@@ -260,7 +261,7 @@ class Packing {
 
  private:
   [[nodiscard]] LayerRole role_of(std::size_t layer) const { return source_.layers[layers_[layer]].role; }
-  // Of the chosen layer number `layer`; null below its finest level.
+  // A level of the chosen layer number `layer`; null below its finest.
   [[nodiscard]] LevelCopy* level_of(std::size_t layer, int level) const {
     const auto& levels = levels_[layer];
     return static_cast<std::size_t>(level) < levels.size() ? levels[static_cast<std::size_t>(level)].get() : nullptr;
@@ -338,7 +339,7 @@ class Packing {
     LayerInfo& info = catalog_.layers[layer].info;
     const TileId tile = tile_from_morton(level.level(), level.morton());
     VT_ASSIGN(const bool has_parent, level.has_parent());
-    if (!has_parent) return damaged(info, tile, "its parent is absent, so readers coming from above never find it");
+    if (!has_parent) return damaged(info, tile, kParentIsAbsent);
     VT_ASSIGN(const Reference copy, copy_record(info, level.entry(), tile));
     VT_CHECK(level.put(copy));
     info.tiles += 1;
@@ -385,7 +386,7 @@ class Packing {
     return last_shared_.reference;
   }
   [[nodiscard]] Result<Reference> copy_bytes(const LayerInfo& info, const Reference& from, TileId tile, std::uint64_t key) {
-    if (info.holds_blobs() && from.kind != ReferenceKind::kTile) return damaged(info, tile, "a blob's record is shared");
+    if (info.holds_blobs() && from.kind != ReferenceKind::kTile) return damaged(info, tile, kBlobIsShared);
     VT_ASSIGN(const std::span<std::byte> record, target_.next_record(kRecordHeaderBytes + std::uint64_t{from.stored_bytes}));
     VT_CHECK(source_.file.read_at(from.offset, record));
     const std::uint32_t raw_bytes = wanted_raw_bytes(info, from.kind, record);
@@ -438,7 +439,7 @@ Result<PackReport> pack_snapshot(const Snapshot& source, const std::filesystem::
   VT_ASSIGN(const std::unique_ptr<NewStore> target, NewStore::begin(path, options.writer, identity.replaces));
   Packing packing(source, *target, options);
   VT_CHECK(packing.choose_layers());
-  VT_CHECK(packing.check_room_on_disk(path.has_parent_path() ? path.parent_path() : std::filesystem::path(".")));
+  VT_CHECK(packing.check_room_on_disk(folder_of(path)));
   VT_ASSIGN(PackReport report, packing.run(identity));
   report.removed_leftovers = std::move(leftovers);
   return report;
@@ -454,13 +455,8 @@ Result<PackReport> pack(const StoreReader& reader, const std::filesystem::path& 
 }
 
 Result<PackReport> pack_in_place(const std::filesystem::path& path, const PackOptions& options) {
-  VT_ASSIGN(File file, File::open(path, File::Mode::kRead));
-  // Held to the end, so that no writer begins on a file that is about to lose its name.
-  VT_ASSIGN(const bool locked, file.try_lock());
-  if (!locked)
-    return fail(ErrorCode::kExists, path.string() + ": another program is writing to this store; wait until it is done, or stop it");
-  VT_ASSIGN(const bool is_current, file.still_named());
-  if (!is_current) return fail(ErrorCode::kExists, path.string() + ": was replaced by another store at this moment; run again");
+  // The lock is held to the end, so that no writer begins on a file that is about to lose its name.
+  VT_ASSIGN(File file, open_for_change(path, File::Mode::kRead));
   VT_ASSIGN(const Snapshot source, load_snapshot(std::move(file)));
   if (source.health == StoreHealth::kMayBeOlder)
     return fail(ErrorCode::kCorrupt,

@@ -12,6 +12,7 @@
 #include "store/index/index_cursor.h"
 #include "store/index/page_directory.h"
 #include "store/io/file.h"
+#include "store/io/hex.h"
 #include "store/io/mapping.h"
 
 namespace vt::store {
@@ -154,7 +155,7 @@ struct StoreReader::Impl {
   [[nodiscard]] Result<void> read_mapped(const LayerInfo& layer, TileId tile, const Reference& reference, std::span<std::byte> out) const {
     return unpack(layer, tile, reference, mapping.bytes().subspan(reference.offset, kRecordHeaderBytes + reference.stored_bytes), out);
   }
-  // Of a file that is not mapped any more, or a blob, whose length is to be checked before it is used.
+  // A copy of a record: where the file is not mapped any more, and of a blob, whose length is to be checked before it is used.
   [[nodiscard]] Result<std::vector<std::byte>> fetch_record(const Reference& reference) const {
     std::vector<std::byte> record(kRecordHeaderBytes + reference.stored_bytes);
     VT_CHECK(fetch(reference.offset, record));
@@ -236,13 +237,10 @@ const LayerInfo* StoreReader::find_layer(std::string_view name) const {
 }
 
 std::string StoreReader::uuid() const {
-  constexpr std::string_view kDigits = "0123456789abcdef";
   std::string text;
   for (std::size_t i = 0; i < impl_->snapshot.superblock.uuid.size(); ++i) {
     if (i == 4 || i == 6 || i == 8 || i == 10) text += '-';
-    const auto value = std::to_integer<unsigned>(impl_->snapshot.superblock.uuid[i]);
-    text += kDigits[value / 16];
-    text += kDigits[value % 16];
+    text += hex(std::to_integer<unsigned>(impl_->snapshot.superblock.uuid[i]), 2);
   }
   return text;
 }
@@ -305,7 +303,7 @@ Result<void> StoreReader::read_blob(LayerId id, TileId tile, std::vector<std::by
   if (layer == nullptr) return impl_->unreadable(id);
   if (!layer->holds_blobs()) return impl_->refuse(ErrorCode::kUsage, "layer " + layer->name + " holds no blobs");
   VT_ASSIGN(const Reference reference, impl_->find_present(*layer, tile));
-  if (reference.kind != ReferenceKind::kTile) return impl_->damaged_tile(*layer, tile, "a blob's record is shared");
+  if (reference.kind != ReferenceKind::kTile) return impl_->damaged_tile(*layer, tile, kBlobIsShared);
   VT_CHECK(impl_->check_place(*layer, tile, reference));
   VT_ASSIGN(const std::vector<std::byte> record, impl_->fetch_record(reference));
   VT_CHECK(impl_->check(*layer, tile, reference, record));

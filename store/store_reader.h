@@ -62,7 +62,7 @@ class StoreReader {
   // for such a layer. kUsage: there is no such layer.
   [[nodiscard]] Result<void> check_readable(LayerId layer) const;
 
-  // What was read at open(): for code of this room that copies records as they are. Lives as long as the reader.
+  // What was read at open(): for code of this library that copies records as they are. Lives as long as the reader.
   [[nodiscard]] const Snapshot& snapshot() const;
 
   // kIo when another program has cut off or overwritten the file since it was opened. All that reads says so by itself; this is for whoever

@@ -271,15 +271,8 @@ Result<StoreWriter> StoreWriter::create(const std::filesystem::path& path, const
 Result<StoreWriter> StoreWriter::open(const std::filesystem::path& path, WriterOptions options) {
   auto impl = std::make_unique<Impl>();
   impl->options = std::move(options);
-  VT_ASSIGN(impl->file, File::open(path, File::Mode::kReadWrite));
+  VT_ASSIGN(impl->file, open_for_change(path, File::Mode::kReadWrite));
   impl->file.set_hook(&impl->options.before_operation);
-  VT_ASSIGN(const bool locked, impl->file.try_lock());
-  if (!locked)
-    return fail(ErrorCode::kExists, path.string() + ": another program is writing to this store; wait until it is done, or stop it");
-  // Packing puts another file in the place of this one; what is appended to a file without a name is lost.
-  VT_ASSIGN(const bool is_current, impl->file.still_named());
-  if (!is_current) return fail(ErrorCode::kExists, path.string() + ": was replaced by another store at this moment; run again");
-
   impl->removed_leftovers = remove_leftovers(path);
 
   VT_ASSIGN(const Head head, read_head(impl->file));
@@ -593,7 +586,7 @@ Result<StoreWriter::Impl::Entry> StoreWriter::Impl::entry(LayerId id, TileId til
     entry.raw_bytes =
         static_cast<std::uint32_t>(is_constant ? format_info(layer->info.format).block_bytes : layer->info.tile_payload_bytes());
   else if (is_shared(entry.reference.kind))
-    return refuse(ErrorCode::kCorrupt, entry.place + ": a blob's record is shared");
+    return refuse(ErrorCode::kCorrupt, entry.place + ": " + kBlobIsShared);
   entry.key = is_shared(entry.reference.kind) ? 0 : record_key(id, tile.level, morton_code(tile.x, tile.y));
   return entry;
 }

@@ -320,7 +320,7 @@ class StoreCheck {
     // A build goes from the finest level up, and carry layers keep only what a later build needs; everywhere else a tile has its parent.
     if (info.role == LayerRole::kTexture && info.state == LayerState::kComplete && tile.level.value > 0 &&
         find(check, parent_of(tile)) == Presence::kAbsent)
-      add(FaultNumber::kParentAbsent, place, "its parent is absent, so readers coming from above never find it");
+      add(FaultNumber::kParentAbsent, place, kParentIsAbsent);
 
     const bool is_constant = reference.kind == ReferenceKind::kConstant;
     check.counted.constant_tiles += is_constant ? 1 : 0;
@@ -329,8 +329,7 @@ class StoreCheck {
       if (!checked_shared_.insert({reference, info.tile_payload_bytes(), info.format}).second) return;
       if (!counted_shared_.insert(reference.offset).second) reachable_bytes_ -= reference.record_bytes();
     }
-    if (info.holds_blobs() && reference.kind != ReferenceKind::kTile)
-      return add(FaultNumber::kTileRecord, place, "a blob has a record of its own, and this one is shared");
+    if (info.holds_blobs() && reference.kind != ReferenceKind::kTile) return add(FaultNumber::kTileRecord, place, kBlobIsShared);
     const auto record = bytes_.subspan(reference.offset, kRecordHeaderBytes + reference.stored_bytes);
     const std::uint32_t raw_bytes = wanted_raw_bytes(info, reference.kind, record);
     const std::uint64_t key = is_shared(reference.kind) ? 0 : record_key(info.id, tile.level, morton_code(tile.x, tile.y));

@@ -20,8 +20,6 @@ constexpr std::uint8_t kPointSampled = 1;
 
 bool is_name(std::string_view name) { return !name.empty() && name.size() <= kMaxNameBytes && is_plain_text(name); }
 
-std::string number(auto value) { return std::to_string(value); }
-
 }  // namespace
 
 // header   0 u32 layers   4 u32 metadata bytes   8 f64 west   16 south   24 east   32 north   40 u64 reserved

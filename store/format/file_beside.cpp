@@ -7,6 +7,8 @@
 
 #include "store/format/layout.h"
 #include "store/format/snapshot.h"
+#include "store/io/folder.h"
+#include "store/io/hex.h"
 #include "store/io/uuid.h"
 
 namespace vt::store {
@@ -20,7 +22,7 @@ bool is_name_beside(std::string_view name, std::string_view target) {
   if (!name.starts_with(target) || !name.substr(target.size()).starts_with(kMark)) return false;
   const std::string_view digits = name.substr(target.size() + kMark.size());
   const auto all = [&](std::string_view allowed) { return digits.find_first_not_of(allowed) == std::string_view::npos; };
-  return (digits.size() == kRandomDigits && all("0123456789abcdef")) || (!digits.empty() && digits.size() <= 10 && all("0123456789"));
+  return (digits.size() == kRandomDigits && all(kHexDigits)) || (!digits.empty() && digits.size() <= 10 && all("0123456789"));
 }
 
 bool is_of_older_programs(std::string_view name) { return name.size() - name.rfind(kMark) - kMark.size() != kRandomDigits; }
@@ -79,7 +81,7 @@ Result<void> take_place(File& file, const std::filesystem::path& target, const F
 }
 
 std::vector<std::filesystem::path> remove_leftovers(const std::filesystem::path& target) {
-  const std::filesystem::path folder = target.has_parent_path() ? target.parent_path() : std::filesystem::path(".");
+  const std::filesystem::path folder = folder_of(target);
   const std::string name = target.filename().native();
   std::vector<std::filesystem::path> removed;
   std::error_code problem;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <string_view>
 
+#include "store/format/text.h"
 #include "store/io/xxh3.h"
 
 namespace vt::store {
@@ -14,8 +15,6 @@ constexpr std::uint32_t kRecordMagic = 0x43525456;  // "VTRC"
 // Offsets in the superblock.
 constexpr std::size_t kSuperblockReservedAt = 128;
 constexpr std::size_t kSuperblockHashAt = kSuperblockBytes - 8;
-
-std::string number(auto value) { return std::to_string(value); }
 
 }  // namespace
 

@@ -224,7 +224,7 @@ struct ChosenSuperblock {
 // Everything that can be said of a page by itself: sizes, ranks, kinds and extents of its entries.
 [[nodiscard]] Checked<void> check_page(std::span<const std::byte> payload, Level level, int height, std::uint64_t file_end);
 
-// Of the present slots of a page that check_page has passed, which one is this? `payload` may end with the ranks.
+// Which of the present slots of a page this one is; check_page has passed the page. `payload` may end with the ranks.
 [[nodiscard]] inline std::optional<std::size_t> page_entry_number(std::span<const std::byte> payload, int slot) {
   const std::size_t word_index = static_cast<std::size_t>(slot) / 64;
   const std::uint64_t word = get<std::uint64_t>(payload, kPageBitmapAt + 8 * word_index);

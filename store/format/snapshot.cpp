@@ -6,10 +6,7 @@
 #include "store/format/catalog.h"
 
 namespace vt::store {
-
 namespace {
-
-// A writer commits a few times a second at most.
 
 Result<void> load(const Head& head, Snapshot& snapshot) {
   const File& file = snapshot.file;
@@ -45,6 +42,17 @@ Result<Head> read_head(const File& file) {
   VT_CHECK(file.read_at(0, head.bytes));
   VT_ASSIGN(head.file_bytes, file.size());
   return head;
+}
+
+Result<File> open_for_change(const std::filesystem::path& path, File::Mode mode) {
+  VT_ASSIGN(File file, File::open(path, mode));
+  VT_ASSIGN(const bool locked, file.try_lock());
+  if (!locked)
+    return fail(ErrorCode::kExists, path.string() + ": another program is writing to this store; wait until it is done, or stop it");
+  // Packing puts another file in the place of this one; what is appended to a file without a name is lost.
+  VT_ASSIGN(const bool is_current, file.still_named());
+  if (!is_current) return fail(ErrorCode::kExists, path.string() + ": was replaced by another store at this moment; run again");
+  return file;
 }
 
 Result<Snapshot> load_snapshot(File opened) {

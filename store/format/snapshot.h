@@ -4,6 +4,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <filesystem>
 #include <string>
 #include <vector>
 
@@ -35,6 +36,10 @@ struct Snapshot {
   std::vector<LayerInfo> layers;              // ordered by id
   std::vector<std::vector<Reference>> roots;  // as `layers`, one a level
 };
+
+// Opens a store for somebody who goes on with it, and keeps other writers out until the file is closed. kExists: a writer has it, or
+// another store took its name just now.
+[[nodiscard]] Result<File> open_for_change(const std::filesystem::path& path, File::Mode mode);
 
 // The newest whole generation of `file`, which is open for reading. A writer may be appending to it meanwhile.
 [[nodiscard]] Result<Snapshot> load_snapshot(File file);

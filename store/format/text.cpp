@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cstdint>
 
+#include "store/io/hex.h"
+
 namespace vt::store {
 namespace {
 
@@ -34,10 +36,6 @@ bool does_something(std::uint32_t code) {
   return code < 0x20 || (code >= 0x7F && code < 0xA0) || (code >= 0x2028 && code <= 0x202E) || (code >= 0x2066 && code <= 0x2069);
 }
 
-void append_digits(std::string& out, std::uint32_t number, int count) {
-  for (int shift = 4 * (count - 1); shift >= 0; shift -= 4) out += "0123456789abcdef"[number >> static_cast<unsigned>(shift) & 15U];
-}
-
 std::string escaped(std::string_view text, bool keeps_layout) {
   std::string out;
   out.reserve(text.size());
@@ -47,10 +45,10 @@ std::string escaped(std::string_view text, bool keeps_layout) {
     const bool is_layout = keeps_layout && (character.code == '\n' || character.code == '\t');
     if (character.bytes == 0) {
       out += "\\x";
-      append_digits(out, static_cast<unsigned char>(text.front()), 2);
+      out += hex(static_cast<unsigned char>(text.front()), 2);
     } else if (does_something(character.code) && !is_layout) {
       out += "\\u";
-      append_digits(out, character.code, 4);
+      out += hex(character.code, 4);
     } else {
       out += text.substr(0, bytes);
     }

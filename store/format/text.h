@@ -1,7 +1,8 @@
 // Text that came from outside: names, metadata and paths may hold any bytes. What is UTF-8, what may be a name, and how a text is shown so
-// that it cannot steer a terminal. Pure functions, any thread.
+// that it cannot steer a terminal. And how numbers are shown. Pure functions, any thread.
 #pragma once
 
+#include <concepts>
 #include <string>
 #include <string_view>
 
@@ -19,5 +20,8 @@ namespace vt::store {
 [[nodiscard]] std::string printable(std::string_view text);
 // The same for text that is laid out already: line feeds and tabs stay.
 [[nodiscard]] std::string printable_lines(std::string_view text);
+
+// A number in a message.
+[[nodiscard]] inline std::string number(std::integral auto value) { return std::to_string(value); }
 
 }  // namespace vt::store

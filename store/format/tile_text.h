@@ -18,6 +18,10 @@ namespace vt::store {
          std::to_string(tile.y);
 }
 
+// What can be wrong with a tile in sentences that several files say.
+inline constexpr const char* kParentIsAbsent = "its parent is absent, so readers coming from above never find it";
+inline constexpr const char* kBlobIsShared = "a blob has a record of its own, and this one is shared";
+
 // Repeats one block over `out`, whose length is a multiple of it.
 inline void fill_constant(std::span<const std::byte> block, std::span<std::byte> out) {
   assert(!block.empty() && out.size() % block.size() == 0);

@@ -1,8 +1,8 @@
 #include "store/io/content_hash.h"
 
-#include <cstdio>
 #include <cstring>
 
+#include "store/io/hex.h"
 #include "store/io/xxh3.h"
 
 namespace vt::store {
@@ -31,10 +31,6 @@ ContentHash ContentHasher::digest() const {
 
 void ContentHasher::reset() { XXH3_128bits_reset(&state_->xxh); }
 
-std::string content_hash(std::span<const std::byte> bytes) {
-  char digits[17];
-  std::snprintf(digits, sizeof digits, "%016llx", static_cast<unsigned long long>(XXH3_64bits(bytes.data(), bytes.size())));
-  return digits;
-}
+std::string content_hash(std::span<const std::byte> bytes) { return hex(XXH3_64bits(bytes.data(), bytes.size()), 16); }
 
 }  // namespace vt::store

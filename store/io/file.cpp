@@ -14,6 +14,8 @@
 #include <utility>
 #include <vector>
 
+#include "store/io/folder.h"
+
 namespace vt::store {
 namespace {
 
@@ -36,18 +38,6 @@ int above_standard_streams(int fd) {
   ::close(fd);
   errno = error_number;
   return moved;
-}
-
-// Makes a name that was given or changed durable.
-Result<void> sync_folder_of(const std::filesystem::path& path) {
-  const std::filesystem::path folder = path.has_parent_path() ? path.parent_path() : std::filesystem::path(".");
-  const int fd = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-  if (fd < 0) return fail(ErrorCode::kIo, folder.string() + ": cannot open to sync: " + reason(errno));
-  const int failed = ::fsync(fd) == 0 ? 0 : errno;
-  ::close(fd);
-  // Some network file systems cannot sync a folder; they make renames durable themselves.
-  if (failed != 0 && failed != EINVAL) return fail(ErrorCode::kIo, folder.string() + ": cannot sync: " + reason(failed));
-  return {};
 }
 
 }  // namespace

@@ -12,6 +12,7 @@
 #include <system_error>
 #include <utility>
 
+#include "store/io/folder.h"
 #include "store/io/uuid.h"
 
 namespace vt::store {
@@ -22,14 +23,12 @@ constexpr std::size_t kBufferBytes = std::size_t{1} << 20;
 constexpr int kMostLinks = 40;  // as many as Linux follows
 constexpr mode_t kPermissions = 0777;
 
-std::string reason(int error_number) {
+std::string failure_text(int error_number) {
   const std::string text = std::generic_category().message(error_number);
   if (error_number == ENOSPC || error_number == EDQUOT) return text + "; free some space or write elsewhere";
   if (error_number == EFBIG) return text + "; raise the limit on the size of files (ulimit -f)";
   return text;
 }
-
-std::filesystem::path folder_of(const std::filesystem::path& path) { return path.has_parent_path() ? path.parent_path() : "."; }
 
 // In a folder like /tmp anybody may have put a link to somewhere else: there a user's own links count, and those of the folder's owner.
 // (The rule of Linux's fs.protected_symlinks, wherever that is switched off.)
@@ -183,7 +182,7 @@ void OutputFile::discard() {
 }
 
 tl::unexpected<Error> OutputFile::refuse(std::string_view act, int error_number) {
-  failure_ = Error{ErrorCode::kIo, path_.string() + ": cannot " + std::string(act) + ": " + reason(error_number)};
+  failure_ = Error{ErrorCode::kIo, path_.string() + ": cannot " + std::string(act) + ": " + failure_text(error_number)};
   return tl::unexpected(*failure_);
 }
 
@@ -252,14 +251,8 @@ Result<void> OutputFile::finish() {
     if (sync_)
       if (const int failed = sync_descriptor(fd_); failed != 0) return refuse("write", failed);
     VT_CHECK(give_name());
-    if (sync_) {
-      // Some network file systems cannot sync a folder; they make renames durable themselves.
-      const int folder = ::open(folder_of(target_).c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-      if (folder >= 0) {
-        static_cast<void>(sync_descriptor(folder));
-        ::close(folder);
-      }
-    }
+    // The file is in its place and whole; what fails here can neither be undone nor helped.
+    if (sync_) static_cast<void>(sync_folder_of(target_));
   }
   // On Linux the descriptor is gone even when close reports EINTR.
   if (::close(std::exchange(fd_, -1)) != 0 && errno != EINTR) return refuse("close", errno);

@@ -1,9 +1,9 @@
 #include "store/io/uuid.h"
 
 #include <random>
-#include <string_view>
 
 #include "store/io/bytes.h"
+#include "store/io/hex.h"
 
 namespace vt::store {
 
@@ -17,14 +17,10 @@ Uuid random_uuid() {
 }
 
 std::string random_digits() {
-  constexpr std::string_view kHex = "0123456789abcdef";
-  std::string digits;
-  const Uuid random = random_uuid();
   // The first eight bytes, of which four bits are the UUID's version.
-  for (std::size_t i = 0; i < kRandomDigits / 2; ++i) {
-    const auto byte = std::to_integer<unsigned>(random[i]);
-    digits += {kHex[byte / 16], kHex[byte % 16]};
-  }
+  const Uuid random = random_uuid();
+  std::string digits;
+  for (std::size_t i = 0; i < kRandomDigits / 2; ++i) digits += hex(std::to_integer<unsigned>(random[i]), 2);
   return digits;
 }
 
