@@ -41,13 +41,13 @@ struct TileShape {
   [[nodiscard]] std::size_t sample_bytes() const {
     return samples == Samples::kFloat32 ? 4 : samples == Samples::kUint16 || samples == Samples::kFloat16 ? 2 : 1;
   }
-  // Of one plane of bytes, of which a channel has sample_bytes().
+  // The bytes of one plane, of which a channel has sample_bytes().
   [[nodiscard]] std::size_t plane_bytes() const { return width * height; }
   [[nodiscard]] std::size_t planes() const { return channels * sample_bytes(); }
-  // Of the payload, when it is predictable.
+  // The bytes of the payload, when it is predictable.
   [[nodiscard]] std::size_t raw_bytes() const { return planes() * plane_bytes(); }
 };
-// Of a square tile, `edge_texels` a side.
+// The shape of a square tile, `edge_texels` a side.
 [[nodiscard]] TileShape tile_shape(TexelFormat format, std::size_t edge_texels);
 
 struct Prediction {

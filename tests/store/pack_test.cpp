@@ -474,7 +474,7 @@ TEST_F(PackTest, ForgedStoresAreRefusedOrPackedIntoValidOnes) {
       ++refused;
     }
   };
-  // Of the texels, which may be any, a few stand for all.
+  // A few texels, which may be any, stand for all.
   for (std::uint64_t record = kLogStart; record + kRecordHeaderBytes <= good.size();) {
     if (get<std::uint32_t>(good, record + 8) != 0x43525456) {
       record += kRecordAlignment;

@@ -37,7 +37,7 @@ Texel texel_in_block(const FormatInfo& format, const std::byte* block, std::int6
   return Texel(bytes.begin(), bytes.end());
 }
 
-// Of the 2 x 2 texels around (x, y) that a block of the next finer level covers: to the nearest code, or to the nearest half.
+// The mean of the 2 x 2 texels around (x, y) that a block of the next finer level covers: to the nearest code, or to the nearest half.
 Texel mean_of_quadrant(const FormatInfo& format, const std::byte* block, std::int64_t x, std::int64_t y) {
   std::vector<float> samples(16UL * format.channels);
   decode_texels(format.format, {block, format.block_bytes}, 4, 4, samples);

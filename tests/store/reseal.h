@@ -23,7 +23,7 @@ inline void reseal(std::span<std::byte> file) {
     if (target <= file.size() && file.size() - target >= kRecordHeaderBytes)
       put<std::uint32_t>(file, at + 12, get<std::uint32_t>(file, target));
   };
-  // Of a catalog that neither superblock refers to any more, nobody asks.
+  // Nobody asks for a catalog that neither superblock refers to any more.
   const auto layer_bytes_of = [&](std::uint64_t catalog_at) {
     for (std::uint64_t at = 0; at < kLogStart && at + kSuperblockBytes <= file.size(); at += kSuperblockBytes)
       if (get_reference(file, at + 48).offset == catalog_at) return catalog_layer_bytes(get<std::uint32_t>(file, at + 8));

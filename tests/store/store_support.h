@@ -30,7 +30,7 @@ void write_file(const std::filesystem::path& path, std::span<const std::byte> by
 
 [[nodiscard]] inline TileId tile_at(int level, std::uint32_t x, std::uint32_t y) { return {Level{static_cast<std::uint8_t>(level)}, x, y}; }
 
-// Of a folder's files, sorted.
+// The names of a folder's files, sorted.
 [[nodiscard]] std::vector<std::string> names_in(const std::filesystem::path& folder);
 
 // A layer whose data fill the padded square.

@@ -45,7 +45,7 @@ struct Channel {
 
 std::int64_t byte_at(Bytes bytes, std::size_t at) { return std::to_integer<std::int64_t>(bytes[at]); }
 
-// Of a value of so many bytes.
+// The bits of a value of so many bytes.
 std::int64_t top_bit(const NaivePrediction& p) { return std::int64_t{1} << (8 * p.sample_bytes - 1); }
 std::int64_t all_bits(const NaivePrediction& p) { return 2 * top_bit(p) - 1; }
 

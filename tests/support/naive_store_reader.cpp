@@ -252,7 +252,7 @@ bool is_utf8(const std::string& text) {
   return true;
 }
 
-// Of a text that is UTF-8.
+// Whether a text that is UTF-8 has characters which a name must not have.
 bool has_control_characters(const std::string& text) {
   const auto byte = [&](std::size_t i) { return i < text.size() ? static_cast<unsigned char>(text[i]) : 0U; };
   for (std::size_t i = 0; i < text.size(); ++i) {

@@ -470,7 +470,7 @@ TEST_F(DamagedStore, EveryByteFlipGetsTheSameVerdict) {
 // Checksums renewed after the damage, so that both readers come to the checks behind them.
 TEST_F(DamagedStore, EveryByteFlipUnderRightChecksumsGetsTheSameVerdict) {
   for (std::size_t at = 0; at < file_.size(); ++at) {
-    // Of the superblocks' long reserved parts, one byte in 61 will do.
+    // One byte in 61 of the superblocks' long reserved parts will do.
     if (at < 8192 && at % 4096 > 200 && at % 61 != 0) continue;
     for (const unsigned flip : {0x01U, 0x02U, 0x04U, 0x10U, 0x80U, 0xFFU}) {
       Bytes damaged = file_;

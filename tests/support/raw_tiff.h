@@ -60,7 +60,7 @@ class RawTiff {
     return *this;
   }
 
-  // Of one of the types whose values are bytes.
+  // A tag of one of the types whose values are bytes.
   RawTiff& bytes(std::uint16_t tag, std::uint16_t type, const std::string& bytes) {
     return put(tag, type, std::vector<char>(bytes.begin(), bytes.end()));
   }

@@ -189,7 +189,7 @@ inline WholeImage halve_whole(const WholeImage& fine, const pyramid::HalvingKern
         } else {
           out = wide(x, y, p);
           if (kernel.limits_ringing && p != w) out = limited(x, y, p, out, wide(x, y, w));
-          // Of a texel that the edge cuts, the half inside.
+          // The inner half of a texel that the edge cuts.
           if (!fine.layer.is_closed && (2 * x < data.x || 2 * x + 1 >= data.right())) out *= 0.5F;
           if (2 * y < data.y || 2 * y + 1 >= data.bottom()) out *= 0.5F;
         }
