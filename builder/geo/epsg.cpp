@@ -140,7 +140,8 @@ constexpr GridRow kGrids[] = {
     {5179, 4737, "Korea 2000 / Unified CS", 38.0, 127.5, 0.9996, 1000000.0, 2000000.0},
 };
 
-// UTM families and their national twins: code = first + (zone - first_zone); some run over zone 60 into zone 1.
+// UTM families and their national twins: code = first + (zone - first_zone); some run over zone 60 into zone
+// 1.
 struct UtmRow {
   int first_code;
   int last_code;
@@ -179,7 +180,7 @@ constexpr GaussKruegerRow kGaussKrueger[] = {
 
 std::optional<CrsDefinition> geographic_definition(const GeographicRow& row) {
   CrsDefinition definition;
-  definition.projection = Projection::kGeographic;
+  definition.projection = Geographic{};
   definition.name = row.name;
   definition.epsg = row.code;
   definition.datum = row.name;
@@ -197,19 +198,14 @@ std::optional<CrsDefinition> geographic_from_code(int code) {
   return std::nullopt;
 }
 
-std::optional<CrsDefinition> transverse_mercator(int code, int geographic_code, std::string name, double latitude_of_origin_deg,
-                                                 double central_meridian_deg, double scale_factor, double false_easting_m,
-                                                 double false_northing_m) {
+std::optional<CrsDefinition> projected(int code, int geographic_code, std::string name, const Projection& projection,
+                                       double metres_per_unit = 1.0) {
   auto definition = geographic_from_code(geographic_code);
   if (!definition) return std::nullopt;
-  definition->projection = Projection::kTransverseMercator;
+  definition->projection = projection;
   definition->name = std::move(name);
   definition->epsg = code;
-  definition->latitude_of_origin_deg = latitude_of_origin_deg;
-  definition->central_meridian_deg = central_meridian_deg;
-  definition->scale_factor = scale_factor;
-  definition->false_easting_m = false_easting_m;
-  definition->false_northing_m = false_northing_m;
+  definition->metres_per_unit = metres_per_unit;
   return definition;
 }
 
@@ -218,39 +214,46 @@ std::string utm_name(const std::string& datum, const UtmRow& row, int zone) {
   return fmt::format("{} / {} zone {}{}", datum, row.grid, zone, hemisphere_said ? (row.south ? "S" : "N") : "");
 }
 
-std::optional<CrsDefinition> projected_from_code(int code) {
-  if (code == 3857 || code == 900913 || code == 3785) {
-    auto definition = geographic_from_code(4326);
-    definition->projection = Projection::kWebMercator;
-    definition->name = "WGS 84 / Pseudo-Mercator";
-    definition->epsg = 3857;  // the others are its older names
-    return definition;
-  }
+std::optional<CrsDefinition> utm_from_code(int code) {
   for (const UtmRow& row : kUtm) {
     if (code < row.first_code || code > row.last_code) continue;
     const int zone = (row.first_zone + code - row.first_code - 1) % 60 + 1;
     const auto geographic = geographic_from_code(row.geographic_code);
     if (!geographic) return std::nullopt;
-    return transverse_mercator(code, row.geographic_code, utm_name(geographic->name, row, zone), 0.0, 6.0 * zone - 183.0, 0.9996, 500000.0,
-                               row.south ? 10000000.0 : 0.0);
+    return projected(code, row.geographic_code, utm_name(geographic->name, row, zone), TransverseMercator::utm(zone, row.south));
   }
+  return std::nullopt;
+}
+
+std::optional<CrsDefinition> gauss_krueger_from_code(int code) {
   for (const GaussKruegerRow& row : kGaussKrueger) {
     if (code < row.first_code || code > row.last_code) continue;
     const int zone = row.first_zone + code - row.first_code;
     double meridian_deg = zone * row.zone_degrees + row.zone_offset_deg;
     if (meridian_deg > 180.0) meridian_deg -= 360.0;
-    return transverse_mercator(code, row.geographic_code, fmt::format("{} {}", row.name, zone), 0.0, meridian_deg, 1.0,
-                               1000000.0 * zone + 500000.0, 0.0);
-  }
-  for (const GridRow& row : kGrids) {
-    if (row.code != code) continue;
-    auto definition =
-        transverse_mercator(code, row.geographic_code, row.name, row.latitude_of_origin_deg, row.central_meridian_deg, row.scale_factor,
-                            row.false_easting * row.metres_per_unit, row.false_northing * row.metres_per_unit);
-    if (definition) definition->metres_per_unit = row.metres_per_unit;
-    return definition;
+    return projected(code, row.geographic_code, fmt::format("{} {}", row.name, zone),
+                     TransverseMercator{.central_meridian_deg = meridian_deg, .false_easting_m = 1000000.0 * zone + 500000.0});
   }
   return std::nullopt;
+}
+
+std::optional<CrsDefinition> transverse_mercator_grid_from_code(int code) {
+  for (const GridRow& row : kGrids) {
+    if (row.code != code) continue;
+    return projected(code, row.geographic_code, row.name,
+                     TransverseMercator{.latitude_of_origin_deg = row.latitude_of_origin_deg,
+                                        .central_meridian_deg = row.central_meridian_deg,
+                                        .scale_factor = row.scale_factor,
+                                        .false_easting_m = row.false_easting * row.metres_per_unit,
+                                        .false_northing_m = row.false_northing * row.metres_per_unit},
+                     row.metres_per_unit);
+  }
+  return std::nullopt;
+}
+
+std::optional<CrsDefinition> web_mercator_from_code(int code) {
+  const bool is_one_of_its_names = code == 3857 || code == 900913 || code == 3785;
+  return is_one_of_its_names ? projected(3857, 4326, "WGS 84 / Pseudo-Mercator", WebMercator{}) : std::nullopt;
 }
 
 struct UnitRow {
@@ -289,8 +292,10 @@ std::optional<double> unit_size(std::span<const UnitRow> rows, int code) {
 }  // namespace
 
 std::optional<CrsDefinition> definition_from_epsg(int code) {
-  if (auto geographic = geographic_from_code(code)) return geographic;
-  return projected_from_code(code);
+  for (const auto& look_up :
+       {geographic_from_code, web_mercator_from_code, utm_from_code, gauss_krueger_from_code, transverse_mercator_grid_from_code})
+    if (auto definition = look_up(code)) return definition;
+  return std::nullopt;
 }
 
 std::optional<CrsDefinition> geographic_from_datum(int datum_code) {

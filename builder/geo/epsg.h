@@ -1,5 +1,6 @@
-// The part of the EPSG registry that we know by heart: geographic systems, UTM families, a table of other transverse Mercator grids, units,
-// ellipsoids. Names and parameters only; the mathematics is in crs.cpp. Constant data, any thread.
+// The part of the EPSG registry that we know by heart: geographic systems, UTM families, a table of other
+// transverse Mercator grids, units, ellipsoids. Names and parameters only; the mathematics is in
+// projections/. Constant data, any thread.
 #pragma once
 
 #include <optional>

@@ -15,46 +15,7 @@
 namespace vt::geo {
 namespace {
 
-// Key numbers, annex of OGC 19-008r4.
-enum Key : std::uint16_t {
-  kModelType = 1024,
-  kRasterType = 1025,
-  kCitation = 1026,
-  kGeographicType = 2048,
-  kGeographicCitation = 2049,
-  kGeodeticDatum = 2050,
-  kPrimeMeridian = 2051,
-  kAngularUnits = 2054,
-  kAngularUnitSize = 2055,
-  kEllipsoid = 2056,
-  kSemiMajorAxis = 2057,
-  kSemiMinorAxis = 2058,
-  kInverseFlattening = 2059,
-  kPrimeMeridianLongitude = 2061,
-  kProjectedType = 3072,
-  kProjectedCitation = 3073,
-  kProjection = 3074,
-  kCoordinateTransform = 3075,
-  kLinearUnits = 3076,
-  kLinearUnitSize = 3077,
-  kNaturalOriginLongitude = 3080,
-  kNaturalOriginLatitude = 3081,
-  kFalseEasting = 3082,
-  kFalseNorthing = 3083,
-  kFalseOriginLongitude = 3084,
-  kFalseOriginLatitude = 3085,
-  kFalseOriginEasting = 3086,
-  kFalseOriginNorthing = 3087,
-  kCenterLongitude = 3088,
-  kCenterLatitude = 3089,
-  kCenterEasting = 3090,
-  kCenterNorthing = 3091,
-  kScaleAtNaturalOrigin = 3092,
-  kScaleAtCenter = 3093,
-  kVertical = 4096,
-  kVerticalCitation = 4097,
-  kVerticalUnits = 4099,
-};
+using enum GeoKey;
 
 constexpr int kUserDefined = 32767;
 constexpr int kModelProjected = 1;
@@ -62,7 +23,6 @@ constexpr int kModelGeographic = 2;
 constexpr int kModelGeocentric = 3;
 constexpr int kPixelIsPoint = 2;
 constexpr int kGreenwich = 8901;
-constexpr int kTransverseMercatorMethod = 1;
 constexpr std::uint16_t kDoubleTag = 34736;
 constexpr std::uint16_t kAsciiTag = 34737;
 constexpr const char* kPixelCitation = "pixel coordinates";
@@ -128,13 +88,13 @@ class Keys {
 
   [[nodiscard]] bool empty() const { return count_ == 0; }
 
-  [[nodiscard]] std::optional<int> code(Key key) const {
+  [[nodiscard]] std::optional<int> code(GeoKey key) const {
     const auto entry = find(key);
     if (!entry || entry->location != 0 || entry->count > 1) return std::nullopt;
     return entry->value;
   }
 
-  [[nodiscard]] std::optional<double> number(Key key) const {
+  [[nodiscard]] std::optional<double> number(GeoKey key) const {
     const auto entry = find(key);
     if (!entry) return std::nullopt;
     if (entry->location == 0) return entry->value;
@@ -143,14 +103,14 @@ class Keys {
     if (!std::isfinite(value)) return std::nullopt;
     return value;
   }
-  [[nodiscard]] std::optional<double> first_number(std::initializer_list<Key> keys) const {
-    for (const Key key : keys) {
+  [[nodiscard]] std::optional<double> first_number(std::initializer_list<GeoKey> keys) const {
+    for (const GeoKey key : keys) {
       if (const auto value = number(key)) return value;
     }
     return std::nullopt;
   }
 
-  [[nodiscard]] std::string text(Key key) const {
+  [[nodiscard]] std::string text(GeoKey key) const {
     const auto entry = find(key);
     if (!entry || entry->location != kAsciiTag || entry->value > tags_.ascii.size()) return {};
     return cleaned(std::string_view(tags_.ascii).substr(entry->value, entry->count));
@@ -162,10 +122,10 @@ class Keys {
     std::uint16_t count;
     std::uint16_t value;  // the value itself, or an index into the tag `location`
   };
-  [[nodiscard]] std::optional<Entry> find(Key key) const {
+  [[nodiscard]] std::optional<Entry> find(GeoKey key) const {
     for (std::size_t i = 0; i < count_; ++i) {
       const std::uint16_t* entry = tags_.directory.data() + 4 + 4 * i;
-      if (entry[0] == key) return Entry{entry[1], entry[2], entry[3]};
+      if (entry[0] == static_cast<std::uint16_t>(key)) return Entry{entry[1], entry[2], entry[3]};
     }
     return std::nullopt;
   }
@@ -177,7 +137,7 @@ class Keys {
 tl::unexpected<Error> refuse(std::string what) { return fail(ErrorCode::kUnsupported, std::move(what)); }
 
 // A code that says something: neither absent nor 0 nor user-defined.
-std::optional<int> registered_code(const Keys& keys, Key key) {
+std::optional<int> registered_code(const Keys& keys, GeoKey key) {
   const auto code = keys.code(key);
   return code && *code != 0 && *code != kUserDefined ? code : std::nullopt;
 }
@@ -203,7 +163,7 @@ std::string name_in_citation(const std::string& citation) {
 }
 
 std::string crs_name(const Keys& keys) {
-  for (const Key key : {kProjectedCitation, kCitation, kGeographicCitation}) {
+  for (const GeoKey key : {kProjectedCitation, kCitation, kGeographicCitation}) {
     const std::string name = name_in_citation(keys.text(key));
     if (!name.empty() && name != "unnamed" && name != "unknown" && name != "Unknown") return name;
   }
@@ -213,7 +173,8 @@ std::string crs_name(const Keys& keys) {
 // As geo_keys_from_crs writes rasters without a place on the Earth.
 bool is_pixel(const Keys& keys) { return keys.code(kModelType) == kUserDefined && keys.text(kCitation) == kPixelCitation; }
 
-// What the keys call their CRS, "" when they declare none: a file may carry nothing but the kind of its samples.
+// What the keys call their CRS, "" when they declare none: a file may carry nothing but the kind of its
+// samples.
 std::string declared_crs(const Keys& keys) {
   const int model = keys.code(kModelType).value_or(0);
   const auto projected = registered_code(keys, kProjectedType);
@@ -264,6 +225,8 @@ Result<double> metres_per_length(const Keys& keys, double fallback) {
   return *metres;
 }
 
+CrsKind kind_of(const CrsDefinition& definition) { return info_of(definition.projection).kind; }
+
 // The geographic CRS underneath: by code, or put together from datum and ellipsoid keys.
 Result<CrsDefinition> geographic_base(const Keys& keys) {
   const bool other_meridian =
@@ -273,14 +236,14 @@ Result<CrsDefinition> geographic_base(const Keys& keys) {
   const int code = keys.code(kGeographicType).value_or(kUserDefined);
   if (code != kUserDefined && code != 0) {
     auto registered = definition_from_epsg(code);
-    if (!registered || registered->projection != Projection::kGeographic) {
+    if (!registered || kind_of(*registered) != CrsKind::kGeographic) {
       return refuse(fmt::format("GeoKey 2048 names geographic CRS EPSG:{}, which this program does not know", code));
     }
     return *std::move(registered);
   }
 
   CrsDefinition base;
-  base.projection = Projection::kGeographic;
+  base.projection = Geographic{};
   const std::string citation = keys.text(kGeographicCitation);
   const std::string named = citation_field(citation, "GCS Name");
   base.datum = named.empty() ? citation : named;
@@ -322,62 +285,99 @@ Result<CrsDefinition> geographic_crs(const Keys& keys) {
 }
 
 // Universal transverse Mercator by projection code: 16001..16060 north, 16101..16160 south.
-bool set_utm_zone(int projection_code, CrsDefinition& definition) {
-  const bool south = projection_code > 16100;
-  const int zone = projection_code - (south ? 16100 : 16000);
-  if (projection_code < 16001 || zone < 1 || zone > 60) return false;
-  definition.latitude_of_origin_deg = 0.0;
-  definition.central_meridian_deg = 6.0 * zone - 183.0;
-  definition.scale_factor = 0.9996;
-  definition.false_easting_m = 500000.0;
-  definition.false_northing_m = south ? 10000000.0 : 0.0;
-  return true;
+std::optional<TransverseMercator> utm_zone(int projection_code) {
+  const bool is_south = projection_code > 16100;
+  const int zone = projection_code - (is_south ? 16100 : 16000);
+  if (projection_code < 16001 || zone < 1 || zone > 60) return std::nullopt;
+  return TransverseMercator::utm(zone, is_south);
 }
 
-Result<CrsDefinition> user_defined_projection(const Keys& keys) {
-  const int projection = keys.code(kProjection).value_or(kUserDefined);
-  const int method = keys.code(kCoordinateTransform).value_or(0);
-  const bool is_utm = projection != kUserDefined && projection > 16000 && projection <= 16160;
-  if (!is_utm && method != kTransverseMercatorMethod) {
-    return refuse(
-        projection != kUserDefined && projection != 0
-            ? fmt::format("GeoKey 3074 names projection {}, which this program does not know (it knows transverse Mercator)", projection)
-        : method == 0 ? "the GeoKeys name no projection method (keys 3074, 3075)"
-                      : fmt::format("GeoKey 3075 names projection {}; this program reads transverse Mercator (1)", method_text(method)));
+// "transverse Mercator (1), Mercator (7)".
+std::string known_methods() {
+  std::string list;
+  for_each_method([&](const auto& method) {
+    if (method.kInfo.geo_key != 0) list += fmt::format("{}{} ({})", list.empty() ? "" : ", ", method.kInfo.title, method.kInfo.geo_key);
+  });
+  return list;
+}
+
+// In the units of a file.
+struct FileUnits {
+  double degrees = 1.0;
+  double metres = 1.0;
+
+  [[nodiscard]] double size(ParameterKind kind) const {
+    switch (kind) {
+      case ParameterKind::kLongitude:
+      case ParameterKind::kLatitude:
+        return degrees;
+      case ParameterKind::kLength:
+        return metres;
+      case ParameterKind::kRatio:
+        return 1.0;
+    }
+    return 1.0;
   }
+};
+
+template <class Method>
+Result<Projection> read_method(const Keys& keys, const FileUnits& units) {
+  Method method;
+  for (const Parameter<Method>& parameter : Method::parameters()) {
+    auto value = keys.number(parameter.geo_key);
+    for (const GeoKey other : parameter.other_geo_keys)
+      if (!value) value = keys.number(other);
+    if (!value && parameter.is_required)
+      return refuse(
+          fmt::format("a {} without a {} (GeoKey {})", Method::kInfo.title, parameter.label, static_cast<int>(parameter.geo_key)));
+    if (value) method.*parameter.value = *value * units.size(parameter.kind);
+  }
+  return Projection(method);
+}
+
+// The method that GeoKey 3075 names, with the parameters of the others.
+Result<Projection> projection_of_method(const Keys& keys, int number, const FileUnits& units) {
+  Result<Projection> found =
+      refuse(number == 0 ? std::string("the GeoKeys name no projection method (keys 3074, 3075)")
+                         : fmt::format("GeoKey 3075 names projection {}; this program reads {}", method_text(number), known_methods()));
+  for_each_method([&]<class Method>(const Method&) {
+    if (number != 0 && number == Method::kInfo.geo_key) found = read_method<Method>(keys, units);
+  });
+  return found;
+}
+
+// The projection that GeoKey 3074 names, or its own.
+Result<Projection> user_defined_projection(const Keys& keys, double metres_per_unit) {
+  const int code = keys.code(kProjection).value_or(kUserDefined);
+  const int method = keys.code(kCoordinateTransform).value_or(0);
+  if (const auto utm = utm_zone(code)) return Projection(*utm);
+  const bool is_named = code != kUserDefined && code != 0;
+  if (is_named && code > 16000 && code <= 16160) return refuse(fmt::format("GeoKey 3074 names projection {}, which is no UTM zone", code));
+  if (is_named && method == 0)
+    return refuse(fmt::format("GeoKey 3074 names projection {}, which this program does not know (it knows UTM zones)", code));
+  VT_ASSIGN(const double degrees, degrees_per_angle(keys));
+  return projection_of_method(keys, method, {.degrees = degrees, .metres = metres_per_unit});
+}
+
+Result<CrsDefinition> user_defined_crs(const Keys& keys) {
+  VT_ASSIGN(const double metres_per_unit, metres_per_length(keys, 1.0));
+  VT_ASSIGN(Projection projection, user_defined_projection(keys, metres_per_unit));
   VT_ASSIGN(CrsDefinition definition, geographic_base(keys));
-  definition.projection = Projection::kTransverseMercator;
   definition.epsg = 0;
-  VT_ASSIGN(definition.metres_per_unit, metres_per_length(keys, 1.0));
+  definition.metres_per_unit = metres_per_unit;
+  definition.projection = std::move(projection);
   const std::string projected_citation = keys.text(kProjectedCitation);
   const std::string citation = keys.text(kCitation);
   definition.name = !citation.empty() ? citation : projected_citation;
-  if (definition.name.empty()) definition.name = definition.datum + " / transverse Mercator";
-  if (is_utm) {
-    if (!set_utm_zone(projection, definition))
-      return refuse(fmt::format("GeoKey 3074 names projection {}, which is no UTM zone", projection));
-    return definition;
-  }
-  VT_ASSIGN(const double degrees, degrees_per_angle(keys));
-  const auto latitude = keys.first_number({kNaturalOriginLatitude, kFalseOriginLatitude, kCenterLatitude});
-  const auto longitude = keys.first_number({kNaturalOriginLongitude, kFalseOriginLongitude, kCenterLongitude});
-  const auto easting = keys.first_number({kFalseEasting, kFalseOriginEasting, kCenterEasting});
-  const auto northing = keys.first_number({kFalseNorthing, kFalseOriginNorthing, kCenterNorthing});
-  const auto scale = keys.first_number({kScaleAtNaturalOrigin, kScaleAtCenter});
-  if (!longitude) return refuse("a transverse Mercator without a central meridian (GeoKey 3080)");
-  definition.latitude_of_origin_deg = latitude.value_or(0.0) * degrees;
-  definition.central_meridian_deg = *longitude * degrees;
-  definition.scale_factor = scale.value_or(1.0);
-  definition.false_easting_m = easting.value_or(0.0) * definition.metres_per_unit;
-  definition.false_northing_m = northing.value_or(0.0) * definition.metres_per_unit;
+  if (definition.name.empty()) definition.name = fmt::format("{} / {}", definition.datum, info_of(definition.projection).title);
   return definition;
 }
 
 Result<CrsDefinition> projected_crs(const Keys& keys) {
   const int code = keys.code(kProjectedType).value_or(kUserDefined);
-  if (code == kUserDefined || code == 0) return user_defined_projection(keys);
+  if (code == kUserDefined || code == 0) return user_defined_crs(keys);
   auto definition = definition_from_epsg(code);
-  if (!definition || definition->projection == Projection::kGeographic) {
+  if (!definition || kind_of(*definition) == CrsKind::kGeographic) {
     return refuse(fmt::format("GeoKey 3072 names projected CRS EPSG:{}, which this program does not know", code));
   }
   VT_ASSIGN(const double metres, metres_per_length(keys, definition->metres_per_unit));
@@ -406,7 +406,8 @@ Result<CrsDefinition> definition_from_keys(const Keys& keys) {
   }
 }
 
-// GeoTIFF 1.0 had numbers of its own for a few vertical systems; their unit is what key 4099 says, or not known.
+// GeoTIFF 1.0 had numbers of its own for a few vertical systems; their unit is what key 4099 says, or not
+// known.
 bool is_geotiff_1_0_vertical(int code) { return code >= 5001 && code <= 5106; }
 
 std::optional<VerticalMeaning> vertical_from_keys(const Keys& keys) {
@@ -435,12 +436,12 @@ std::optional<VerticalMeaning> vertical_from_keys(const Keys& keys) {
 // Collects keys in ascending order, as the directory must have them.
 class KeyWriter {
  public:
-  void code(Key key, int value) { add(key, 0, 1, static_cast<std::uint16_t>(value)); }
-  void number(Key key, double value) {
+  void code(GeoKey key, int value) { add(key, 0, 1, static_cast<std::uint16_t>(value)); }
+  void number(GeoKey key, double value) {
     add(key, kDoubleTag, 1, static_cast<std::uint16_t>(tags_.doubles.size()));
     tags_.doubles.push_back(value);
   }
-  void text(Key key, const std::string& value) {
+  void text(GeoKey key, const std::string& value) {
     if (value.empty()) return;
     add(key, kAsciiTag, static_cast<std::uint16_t>(value.size() + 1), static_cast<std::uint16_t>(tags_.ascii.size()));
     tags_.ascii += value + '|';
@@ -453,17 +454,20 @@ class KeyWriter {
   }
 
  private:
-  void add(Key key, std::uint16_t location, std::uint16_t count, std::uint16_t value) { entries_.push_back({key, location, count, value}); }
+  void add(GeoKey key, std::uint16_t location, std::uint16_t count, std::uint16_t value) {
+    entries_.push_back({static_cast<std::uint16_t>(key), location, count, value});
+  }
 
   std::vector<std::array<std::uint16_t, 4>> entries_;
   GeoKeyTags tags_;
 };
 
-// `by_code`: the EPSG code that is written says everything, and repeating it in numbers would only make other readers doubt the code.
+// `by_code`: the EPSG code that is written says everything, and repeating it in numbers would only make other
+// readers doubt the code.
 void write_geographic(const CrsDefinition& d, bool by_code, KeyWriter& keys) {
   keys.code(kAngularUnits, 9102);
   if (by_code) {
-    if (d.projection == Projection::kGeographic) keys.code(kGeographicType, d.epsg);
+    if (kind_of(d) == CrsKind::kGeographic) keys.code(kGeographicType, d.epsg);
     keys.text(kGeographicCitation, cleaned(d.datum));
     return;
   }
@@ -473,7 +477,7 @@ void write_geographic(const CrsDefinition& d, bool by_code, KeyWriter& keys) {
   } else {
     keys.number(kInverseFlattening, d.ellipsoid.inverse_flattening);
   }
-  if (d.projection == Projection::kGeographic && d.epsg != 0) {
+  if (kind_of(d) == CrsKind::kGeographic && d.epsg != 0) {
     keys.code(kGeographicType, d.epsg);
   } else if (d.datum_epsg != 0) {
     keys.code(kGeographicType, d.datum_epsg);
@@ -487,6 +491,27 @@ void write_geographic(const CrsDefinition& d, bool by_code, KeyWriter& keys) {
     return;
   }
   keys.text(kGeographicCitation, cleaned(d.datum));
+}
+
+template <class Method>
+void write_method(const Method& method, const FileUnits& units, KeyWriter& keys) {
+  keys.code(kProjection, kUserDefined);
+  keys.code(kCoordinateTransform, Method::kInfo.geo_key);
+  for (const Parameter<Method>& parameter : Method::parameters()) {
+    const double value = method.*parameter.value;
+    if (parameter.is_omitted_at_default && value == Method{}.*parameter.value) continue;
+    keys.number(parameter.geo_key, value / units.size(parameter.kind));
+  }
+}
+
+void write_projected(const CrsDefinition& d, KeyWriter& keys) {
+  const int unit = length_unit_code(d.metres_per_unit);
+  keys.code(kLinearUnits, unit == 0 ? kUserDefined : unit);
+  if (unit == 0) keys.number(kLinearUnitSize, d.metres_per_unit);
+  const int code = d.epsg != 0 ? d.epsg : info_of(d.projection).only_epsg;
+  keys.code(kProjectedType, code != 0 ? code : kUserDefined);
+  if (code == 0)
+    std::visit([&](const auto& method) { write_method(method, {.degrees = 1.0, .metres = d.metres_per_unit}, keys); }, d.projection);
 }
 
 }  // namespace
@@ -526,35 +551,21 @@ GeoKeyTags geo_keys_from_crs(const Crs& crs) {
   const bool code_says_all = d.epsg != 0 && registered && registered->same_coordinates(crs);
   KeyWriter keys;
   keys.code(kRasterType, 1);
-  switch (d.projection) {
-    case Projection::kPixel:
+  switch (crs.kind()) {
+    case CrsKind::kPixel:
       keys.code(kModelType, kUserDefined);
       keys.text(kCitation, kPixelCitation);
       break;
-    case Projection::kGeographic:
+    case CrsKind::kGeographic:
       keys.code(kModelType, kModelGeographic);
       write_geographic(d, code_says_all, keys);
       break;
-    case Projection::kTransverseMercator:
-    case Projection::kWebMercator: {
+    case CrsKind::kProjected:
       keys.code(kModelType, kModelProjected);
       keys.text(kCitation, cleaned(d.name));
       write_geographic(d, code_says_all, keys);
-      const int unit = length_unit_code(d.metres_per_unit);
-      keys.code(kLinearUnits, unit == 0 ? kUserDefined : unit);
-      if (unit == 0) keys.number(kLinearUnitSize, d.metres_per_unit);
-      const bool by_code = d.epsg != 0 || d.projection == Projection::kWebMercator;
-      keys.code(kProjectedType, by_code ? (d.epsg != 0 ? d.epsg : 3857) : kUserDefined);
-      if (by_code) break;
-      keys.code(kProjection, kUserDefined);
-      keys.code(kCoordinateTransform, kTransverseMercatorMethod);
-      keys.number(kNaturalOriginLongitude, d.central_meridian_deg);
-      keys.number(kNaturalOriginLatitude, d.latitude_of_origin_deg);
-      keys.number(kFalseEasting, d.false_easting_m / d.metres_per_unit);
-      keys.number(kFalseNorthing, d.false_northing_m / d.metres_per_unit);
-      keys.number(kScaleAtNaturalOrigin, d.scale_factor);
+      write_projected(d, keys);
       break;
-    }
   }
   return keys.finish();
 }

@@ -1,5 +1,6 @@
-// GeoTIFF keys (OGC 19-008r4) to a Crs and back. Works on the three tags' values alone; whoever owns the TIFF fetches and stores them.
-// Every count and offset in the key directory is checked; a damaged key counts as absent and is mentioned when it was needed.
+// GeoTIFF keys (OGC 19-008r4) to a Crs and back. Works on the three tags' values alone; whoever owns the TIFF
+// fetches and stores them. Every count and offset in the key directory is checked; a damaged key counts as
+// absent and is mentioned when it was needed.
 #pragma once
 
 #include <cstdint>
@@ -23,7 +24,7 @@ struct GeoKeyMeaning {
   std::string declared;         // what the keys call their CRS, for messages: code, name, method; "" when they declare none
   std::string problem;          // why there is no `crs` although they do
   bool pixel_is_point = false;  // GTRasterTypeGeoKey: tie points name sample centres
-  // Of the sample values where they are heights: VerticalGeoKey, VerticalUnitsGeoKey.
+  // What the sample values mean where they are heights: VerticalGeoKey, VerticalUnitsGeoKey.
   std::optional<VerticalMeaning> vertical;
 };
 

@@ -7,8 +7,8 @@
 
 namespace vt::geo {
 
-// x = x0 + column * x_column + row * x_row, y likewise; (column, row) = (0, 0) is the OUTER corner of the first sample, for PixelIsPoint
-// files too.
+// x = x0 + column * x_column + row * x_row, y likewise; (column, row) = (0, 0) is the OUTER corner of the
+// first sample, for PixelIsPoint files too.
 struct GeoTransform {
   double x0 = 0.0;
   double x_column = 1.0;

@@ -1,5 +1,5 @@
-// What the GeoKeys say about heights: their unit, and whether they count upward. The datum is named, not converted. Constant data, any
-// thread.
+// What the GeoKeys say about heights: their unit, and whether they count upward. The datum is named, not
+// converted. Constant data, any thread.
 #pragma once
 
 #include <optional>
@@ -14,8 +14,8 @@ struct VerticalMeaning {
   std::string unit_problem;               // the unit in words, where it is one that is not known, or the file says two
 };
 
-// Of a vertical CRS by its EPSG code, as in VerticalGeoKey (4096). Codes that the registry's list of other units and of depths does not
-// have are heights in metres.
+// The heights of a vertical CRS, by its EPSG code as in VerticalGeoKey (4096). Codes that the registry's list
+// of other units and of depths does not have are heights in metres.
 [[nodiscard]] VerticalMeaning vertical_from_epsg(int code);
 
 }  // namespace vt::geo

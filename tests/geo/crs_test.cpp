@@ -1,5 +1,5 @@
-// Projection mathematics against independent references: GeographicLib's exact transverse Mercator, meridian arcs by numerical integration,
-// closed forms, and a few published positions.
+// Projection mathematics against independent references: GeographicLib's exact transverse Mercator, meridian
+// arcs by numerical integration, closed forms, and a few published positions.
 #include "builder/geo/crs.h"
 
 #include <gtest/gtest.h>
@@ -21,6 +21,12 @@ Crs crs(int code) {
   auto result = Crs::from_epsg(code);
   EXPECT_TRUE(result.has_value()) << code;
   return result.value();
+}
+
+TransverseMercator transverse_mercator_of(const CrsDefinition& definition) {
+  const auto* const parameters = std::get_if<TransverseMercator>(&definition.projection);
+  EXPECT_NE(parameters, nullptr) << definition.name;
+  return parameters != nullptr ? *parameters : TransverseMercator{};
 }
 
 TEST(Crs, UtmAgreesWithTheExactTransverseMercatorWithinAMicrometre) {
@@ -48,7 +54,8 @@ TEST(Crs, UtmAgreesWithTheExactTransverseMercatorWithinAMicrometre) {
   }
 }
 
-// Length of the meridian from the equator: Simpson's rule over M(phi) in long double, independent of any series.
+// Length of the meridian from the equator: Simpson's rule over M(phi) in long double, independent of any
+// series.
 long double meridian_arc(long double a, long double inverse_flattening, long double latitude_rad) {
   const long double f = 1.0L / inverse_flattening;
   const long double e2 = f * (2.0L - f);
@@ -75,8 +82,8 @@ TEST(Crs, NorthingOnTheCentralMeridianIsTheMeridianArc) {
 }
 
 TEST(Crs, PublishedPositionsAreMet) {
-  // EPSG guidance note 7-2, British National Grid: 50 30 00 N, 0 30 00 E is E 577274.99, N 69740.50, by a truncated series whose error is
-  // some millimetres.
+  // EPSG guidance note 7-2, British National Grid: 50 30 00 N, 0 30 00 E is E 577274.99, N 69740.50, by a
+  // truncated series whose error is some millimetres.
   const auto london = crs(27700).crs_from_lonlat({.x = 0.5, .y = 50.5});
   ASSERT_TRUE(london.has_value());
   EXPECT_NEAR(london->x, 577274.99, 0.015);
@@ -157,8 +164,9 @@ TEST(Crs, EveryListedFamilyHasTheRightMeridianAndDatum) {
     bool south;
     int datum;
   };
-  // The whole table was compared once with PROJ 9.1.1's copy of the registry (parameters, ellipsoid, datum: all equal); these rows guard
-  // the seams. A first, a last and a middle zone of families, from the EPSG registry.
+  // The whole table was compared once with PROJ 9.1.1's copy of the registry (parameters, ellipsoid, datum:
+  // all equal); these rows guard the seams. A first, a last and a middle zone of families, from the EPSG
+  // registry.
   for (const Row& row :
        {Row{32601, -177, false, 4326}, Row{32660, 177, false, 4326},  Row{32733, 15, true, 4326},   Row{26901, -177, false, 4269},
         Row{26923, -45, false, 4269},  Row{26711, -117, false, 4267}, Row{25828, -15, false, 4258}, Row{25838, 45, false, 4258},
@@ -167,10 +175,11 @@ TEST(Crs, EveryListedFamilyHasTheRightMeridianAndDatum) {
         Row{6329, 177, false, 6318},   Row{6330, -177, false, 6318},  Row{6348, -69, false, 6318},  Row{28355, 147, true, 4283},
         Row{7855, 147, true, 7844},    Row{3100, 141, false, 4612},   Row{23032, 9, false, 4230}}) {
     const CrsDefinition d = crs(row.code).definition();
-    EXPECT_EQ(d.central_meridian_deg, row.meridian) << row.code;
-    EXPECT_EQ(d.false_northing_m, row.south ? 1e7 : 0.0) << row.code;
-    EXPECT_EQ(d.scale_factor, 0.9996) << row.code;
-    EXPECT_EQ(d.false_easting_m, 500000.0) << row.code;
+    const TransverseMercator grid = transverse_mercator_of(d);
+    EXPECT_EQ(grid.central_meridian_deg, row.meridian) << row.code;
+    EXPECT_EQ(grid.false_northing_m, row.south ? 1e7 : 0.0) << row.code;
+    EXPECT_EQ(grid.scale_factor, 0.9996) << row.code;
+    EXPECT_EQ(grid.false_easting_m, 500000.0) << row.code;
     EXPECT_EQ(d.datum_epsg, row.datum) << row.code;
     EXPECT_EQ(d.epsg, row.code);
   }
@@ -180,10 +189,11 @@ TEST(Crs, EveryListedFamilyHasTheRightMeridianAndDatum) {
 TEST(Crs, UnwrappedLongitudesDoNotJumpAtTheAntimeridian) {
   for (const int code : {32601, 32660, 32701, 32760, 2193, 32633}) {
     const Crs utm = crs(code);
-    const double meridian = utm.definition().central_meridian_deg;
+    const TransverseMercator grid = transverse_mercator_of(utm.definition());
+    const double meridian = grid.central_meridian_deg;
     double last = NAN;
     for (double easting = -200000.0; easting <= 1200000.0; easting += 10000.0) {
-      const Point2 place{.x = easting + utm.definition().false_easting_m - 500000.0, .y = utm.definition().false_northing_m + 1000.0};
+      const Point2 place{.x = easting + grid.false_easting_m - 500000.0, .y = grid.false_northing_m + 1000.0};
       const Point2 wrapped = utm.lonlat_from_crs(place).value();
       const Point2 unwrapped = utm.unwrapped_lonlat_from_crs(place).value();
       EXPECT_EQ(unwrapped.y, wrapped.y);
@@ -210,14 +220,16 @@ TEST(Crs, OneTurnIsTheSamePlace) {
 
 TEST(Crs, JsonKeepsEveryBit) {
   CrsDefinition d = crs(26771).definition();
-  d.central_meridian_deg = -88.333333333333329 + 1e-14;
-  d.false_easting_m = 0.1 + 0.2;
+  TransverseMercator grid = transverse_mercator_of(d);
+  grid.central_meridian_deg = -88.333333333333329 + 1e-14;
+  grid.false_easting_m = 0.1 + 0.2;
+  d.projection = grid;
   const Crs before(d);
   const auto after = Crs::from_json(nlohmann::json::parse(before.to_json().dump()));
   ASSERT_TRUE(after.has_value()) << after.error().message;
   const CrsDefinition& e = after->definition();
-  EXPECT_EQ(e.central_meridian_deg, d.central_meridian_deg);
-  EXPECT_EQ(e.false_easting_m, d.false_easting_m);
+  EXPECT_EQ(transverse_mercator_of(e).central_meridian_deg, grid.central_meridian_deg);
+  EXPECT_EQ(transverse_mercator_of(e).false_easting_m, grid.false_easting_m);
   EXPECT_EQ(e.metres_per_unit, d.metres_per_unit);
   EXPECT_EQ(e.ellipsoid.inverse_flattening, d.ellipsoid.inverse_flattening);
   EXPECT_EQ(after->to_json(), before.to_json());
@@ -238,7 +250,7 @@ TEST(Crs, JsonKeepsEveryBit) {
 TEST(Crs, TextNamesACodeOrPixel) {
   EXPECT_EQ(Crs::from_text("EPSG:32633")->definition().epsg, 32633);
   EXPECT_EQ(Crs::from_text("32633")->text(), "EPSG:32633 (WGS 84 / UTM zone 33N)");
-  EXPECT_EQ(Crs::from_text("pixel")->definition().projection, Projection::kPixel);
+  EXPECT_EQ(Crs::from_text("pixel")->kind(), CrsKind::kPixel);
   for (const char* bad : {"", "EPSG:", "EPSG:12x", "utm 33", "EPSG:99999999999999"}) {
     const auto result = Crs::from_text(bad);
     ASSERT_FALSE(result.has_value()) << bad;

@@ -18,7 +18,8 @@ TEST(GeoTransform, InverseUndoesAnyGridThatIsNotSingular) {
     ASSERT_TRUE(inverse.has_value());
     for (const Point2 raster : {Point2{0, 0}, Point2{1, 0}, Point2{0, 1}, Point2{12345.5, 9876.25}}) {
       const Point2 back = inverse->apply(grid.apply(raster));
-      // x0 of 4.5e6 with steps of 10: half an ulp of the coordinate is 5e-10, a twentieth of that in samples; a few such roundings.
+      // x0 of 4.5e6 with steps of 10: half an ulp of the coordinate is 5e-10, a twentieth of that in samples;
+      // a few such roundings.
       EXPECT_NEAR(back.x, raster.x, 1e-9 + 1e-12 * std::abs(grid.x0 / grid.x_column));
       EXPECT_NEAR(back.y, raster.y, 1e-9 + 1e-12 * std::abs(grid.y0 / grid.y_row));
     }

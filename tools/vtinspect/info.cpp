@@ -46,7 +46,7 @@ std::optional<double> compression_ratio(std::uint64_t tiles, std::size_t tile_by
 }
 
 std::optional<Point2> metres_per_unit(const geo::Crs& crs, const Area& area) {
-  if (crs.definition().projection == geo::Projection::kPixel) return std::nullopt;
+  if (crs.kind() == geo::CrsKind::kPixel) return std::nullopt;
   const auto metres = crs.metres_per_unit_at({(area.west + area.east) / 2.0, (area.south + area.north) / 2.0});
   if (!metres) return std::nullopt;
   return *metres;

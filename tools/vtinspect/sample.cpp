@@ -43,7 +43,7 @@ nlohmann::ordered_json pair_json(Point2 point) { return {point.x, point.y}; }
 Result<Point2> crs_from_argument(const SampleOptions& options, const geo::Crs& crs) {
   std::array<double, 2> numbers{};
   VT_CHECK(cli::parse_numbers(options.lonlat, "--lonlat", "LON,LAT, two numbers in degrees", numbers));
-  if (crs.definition().projection == geo::Projection::kPixel) {
+  if (crs.kind() == geo::CrsKind::kPixel) {
     return fail(ErrorCode::kUsage, fmt::format("{}: has no place on the Earth; use --texel or --uv", options.store.string()));
   }
   auto position = crs.crs_from_lonlat({numbers[0], numbers[1]});
@@ -209,7 +209,7 @@ Result<int> run_sample(const SampleOptions& options) {
   const TexelRect tile_place = rect_of(tile, exponent);
 
   Place place{position, mapping.uv_from_texel(level, position), mapping.crs_from_texel(level, position), std::nullopt};
-  if (crs.definition().projection != geo::Projection::kPixel) {
+  if (crs.kind() != geo::CrsKind::kPixel) {
     if (const auto lonlat = crs.lonlat_from_crs(place.crs)) place.lonlat = *lonlat;
   }
   const Point2 value_place = mapping.crs_from_texel(level, {static_cast<double>(x) + offset, static_cast<double>(y) + offset});

@@ -83,7 +83,7 @@ Result<Point2> ground_metres(const store::StoreReader& reader) {
   const nlohmann::json metadata = text::json_or_null(reader.description().metadata_json);
   if (!metadata.is_object() || !metadata.contains("crs")) return units;
   VT_ASSIGN(const geo::Crs crs, geo::Crs::from_json(metadata["crs"]));
-  if (crs.definition().projection == geo::Projection::kPixel) return units;
+  if (crs.kind() == geo::CrsKind::kPixel) return units;
   VT_ASSIGN(const Point2 metres, crs.metres_per_unit_at({(area.west + area.east) / 2.0, (area.south + area.north) / 2.0}));
   return Point2{units.x * metres.x, units.y * metres.y};
 }

@@ -98,8 +98,8 @@ Result<LayerInfo> describe_layer(const LayerRequest& request, const channels::Sa
 Result<void> check_systems(const std::vector<OpenSource>& sources, const geo::Crs& crs, std::vector<std::string>& warnings) {
   Remarks datums("in another datum");
   for (const OpenSource& source : sources) {
-    const bool has_place = source.crs.definition().projection != geo::Projection::kPixel;
-    if (has_place != (crs.definition().projection != geo::Projection::kPixel))
+    const bool has_place = source.crs.kind() != geo::CrsKind::kPixel;
+    if (has_place != (crs.kind() != geo::CrsKind::kPixel))
       return fail(ErrorCode::kInvalidData, source.request.path.string() + ": is in " + source.crs.text() + ", the layer in " + crs.text() +
                                                "; pictures without a place on the ground do not mix with others");
     const geo::CrsDefinition& from = source.crs.definition();

@@ -64,7 +64,7 @@ Result<Bounds> bounds_of(const Area& area, const geo::Crs& crs) {
   if (!(bounds.west < bounds.east) || !(bounds.south < bounds.north))
     return fail(ErrorCode::kUsage, "an area has west < east and south < north" +
                                        std::string(turn ? ", or west > east across the antimeridian" : "") + ", found " + area_text(area));
-  if (crs.definition().projection == geo::Projection::kGeographic &&
+  if (crs.kind() == geo::CrsKind::kGeographic &&
       !(bounds.south >= -90.0 && bounds.north <= 90.0 && bounds.west >= -kFarthestDeg && bounds.east <= kFarthestDeg))
     return fail(ErrorCode::kUsage, "an area in " + crs.text() +
                                        " is in degrees, latitudes from -90 to 90 and longitudes from -540 to 540, " + "found " +

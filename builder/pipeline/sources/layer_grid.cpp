@@ -25,34 +25,32 @@ Result<Point2> native_step(const geo::Crs& crs, const OpenSource& source) {
 // metres), metres on the ground at the centre where it is in degrees.
 Result<Point2> step_of_gsd(const geo::Crs& crs, double gsd_m, const Bounds& bounds) {
   if (!(gsd_m > 0.0) || !std::isfinite(gsd_m)) return fail(ErrorCode::kUsage, "the ground sample distance must be greater than 0 metres");
-  switch (crs.definition().projection) {
-    case geo::Projection::kPixel:
+  switch (crs.kind()) {
+    case geo::CrsKind::kPixel:
       return Point2{gsd_m, gsd_m};
-    case geo::Projection::kTransverseMercator:
-    case geo::Projection::kWebMercator:
+    case geo::CrsKind::kProjected:
       return Point2{gsd_m / crs.definition().metres_per_unit, gsd_m / crs.definition().metres_per_unit};
-    case geo::Projection::kGeographic:
+    case geo::CrsKind::kGeographic:
       break;
   }
   VT_ASSIGN(const Point2 metres, crs.metres_per_unit_at({(bounds.west + bounds.east) / 2, (bounds.south + bounds.north) / 2}));
   return Point2{gsd_m / metres.x, gsd_m / metres.y};
 }
 
-// Transverse Mercator has answers for the far side of the Earth, too, but edges that reach there do not enclose what lies between them.
-bool is_on_near_side(const geo::Crs& crs, const Bounds& longitudes) {
-  const geo::CrsDefinition& d = crs.definition();
-  if (d.projection != geo::Projection::kTransverseMercator) return true;
-  const double turns = std::round(((longitudes.west + longitudes.east) / 2 - d.central_meridian_deg) / 360.0);
-  return longitudes.west - 360.0 * turns > d.central_meridian_deg - 90.0 && longitudes.east - 360.0 * turns < d.central_meridian_deg + 90.0;
+// Edges that reach to the far side of the Earth do not enclose what lies between them.
+bool is_on_near_side(const geo::NearSide& near, const Bounds& longitudes) {
+  const double turns = std::round(((longitudes.west + longitudes.east) / 2 - near.central_deg) / 360.0);
+  return longitudes.west - 360.0 * turns > near.central_deg - near.reach_deg &&
+         longitudes.east - 360.0 * turns < near.central_deg + near.reach_deg;
 }
 
 // Adds what the edges of a raster around a pole do not show: all longitudes, and the pole itself.
 void add_poles(const geo::Crs& crs, const OpenSource& source, Bounds& bounds) {
-  const geo::Projection projection = source.crs.definition().projection;
+  const auto near = source.crs.near_side();
   const auto raster_from_crs = source.transform.inverse();
-  if (!crs.turn() || projection != geo::Projection::kTransverseMercator || !raster_from_crs) return;
+  if (!crs.turn() || !near || !raster_from_crs) return;
   const RasterInfo& info = source.raster->info();
-  const double meridian_deg = source.crs.definition().central_meridian_deg;
+  const double meridian_deg = near->central_deg;
   for (const double latitude_deg : {-90.0, 90.0}) {
     const auto pole = source.crs.crs_from_lonlat({meridian_deg, latitude_deg});
     if (!pole) continue;
@@ -106,9 +104,11 @@ Result<Bounds> bounds_in(const geo::Crs& crs, const OpenSource& source) {
       if (const auto lonlat = source.crs.unwrapped_lonlat_from_crs(transform.crs_from_raster(corner))) longitudes.add(*lonlat);
     }
   }
-  if (!crs.same_coordinates(source.crs) && !is_on_near_side(crs, longitudes))
+  const auto near = crs.near_side();
+  if (near && !crs.same_coordinates(source.crs) && !is_on_near_side(*near, longitudes))
     return fail(ErrorCode::kInvalidData, source.request.path.string() + ": cannot be placed in " + crs.text() +
-                                             ": it reaches to the far side of the Earth, more than 90 degrees from its central meridian; " +
+                                             ": it reaches to the far side of the Earth, more than " +
+                                             std::to_string(std::lround(near->reach_deg)) + " degrees from its central meridian; " +
                                              "--area says which part of it is wanted");
   add_poles(crs, source, bounds);
   return bounds;

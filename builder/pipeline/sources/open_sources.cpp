@@ -68,7 +68,7 @@ Result<OpenSource> open_source(const SourceRequest& request, ChannelType channel
   VT_ASSIGN(std::unique_ptr<source::RasterSource> raster, source::open_raster(request.path, options));
   const RasterInfo& info = raster->info();
   VT_ASSIGN(geo::Crs crs, crs_of_source(request, info));
-  const bool is_pixel = crs.definition().projection == geo::Projection::kPixel;
+  const bool is_pixel = crs.kind() == geo::CrsKind::kPixel;
   if (!info.has_transform && !is_pixel) {
     const std::string why =
         info.place_problem.empty() ? std::string("the file does not say where it lies; give") : info.place_problem + "; or give";

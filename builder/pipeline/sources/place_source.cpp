@@ -86,8 +86,10 @@ Bounds bounds_of_layer(const LayerInfo& layer) {
 // The longitudes of the layer in degrees, those at its edges and between; all of a turn where its CRS has no answer.
 Bounds longitudes_of(const Bounds& layer, const geo::Crs& crs) {
   constexpr int kSteps = 32;
-  if (crs.definition().projection == geo::Projection::kPixel) return {};
-  const double centre_deg = crs.turn() ? 360.0 / *crs.turn() * (layer.west + layer.east) / 2 : crs.definition().central_meridian_deg;
+  if (crs.kind() == geo::CrsKind::kPixel) return {};
+  const auto near = crs.near_side();
+  const double middle = (layer.west + layer.east) / 2 - crs.x_of_greenwich();
+  const double centre_deg = crs.turn() ? 360.0 / *crs.turn() * middle : near ? near->central_deg : 0.0;
   Bounds degrees;
   for (int i = 0; i <= kSteps; ++i)
     for (int j = 0; j <= kSteps; ++j) {
@@ -116,7 +118,8 @@ std::optional<std::int64_t> columns_of_a_turn(const OpenSource& source) {
 Geometry endless(const OpenSource& source, std::int64_t columns, const LayerGround& ground, const Bounds& bounds) {
   const double units_per_degree = *source.crs.turn() / 360.0;
   const auto column_of = [&](double longitude_deg) {
-    return static_cast<std::int64_t>(std::floor((longitude_deg * units_per_degree - source.transform.x0) / source.transform.x_column));
+    const double x = source.crs.x_of_greenwich() + longitude_deg * units_per_degree;
+    return static_cast<std::int64_t>(std::floor((x - source.transform.x0) / source.transform.x_column));
   };
   const std::int64_t first = column_of(ground.longitudes_deg.west) - columns / 2 - 1;
   const std::int64_t last = column_of(ground.longitudes_deg.east) + columns / 2 + 1;
@@ -137,7 +140,7 @@ bool sees_the_seam(const OpenSource& source, const LayerGround& ground) {
   constexpr double kReach = 64.0;  // samples or texels, whichever are larger: more than any footprint reaches
   const double degrees_per_unit = 360.0 / *source.crs.turn();
   const double texel_deg = (ground.longitudes_deg.east - ground.longitudes_deg.west) / static_cast<double>(ground.layer.data.width);
-  const double seam_deg = source.transform.x0 * degrees_per_unit;
+  const double seam_deg = (source.transform.x0 - source.crs.x_of_greenwich()) * degrees_per_unit;
   const double reach_deg = kReach * std::max(source.transform.x_column * degrees_per_unit, texel_deg);
   const Bounds near_seam{.west = seam_deg - reach_deg, .south = -90.0, .east = seam_deg + reach_deg, .north = 90.0};
   return !turns_into(near_seam, ground.longitudes_deg, 360.0).empty();
@@ -164,7 +167,7 @@ std::vector<int> turns_of(const LayerGround& ground, const OpenSource& source, c
   Bounds degrees;
   for (const double column : {0.0, static_cast<double>(source.raster->info().width)})
     for (const double row : {0.0, static_cast<double>(source.raster->info().height)})
-      degrees.add(Point2{source.transform.crs_from_raster({column, row}).x * degrees_per_unit, 0.0});
+      degrees.add(Point2{(source.transform.crs_from_raster({column, row}).x - source.crs.x_of_greenwich()) * degrees_per_unit, 0.0});
   return turns_into(degrees, ground.longitudes_deg, 360.0);
 }
 

@@ -96,12 +96,11 @@ Result<geo::Crs> crs_of_source(const SourceRequest& request, const RasterInfo& i
 
 Result<void> check_place(const OpenSource& source) {
   const RasterInfo& info = source.raster->info();
-  const geo::Projection projection = source.crs.definition().projection;
-  if (projection == geo::Projection::kPixel) return {};
+  if (source.crs.kind() == geo::CrsKind::kPixel) return {};
   const Bounds extent = bounds_of_samples(info, source.transform, 0.5);
   const std::string path = source.request.path.string();
   const char* const option = source.request.crs || info.declared_crs ? "--source-crs" : "--crs";
-  if (projection == geo::Projection::kGeographic) {
+  if (source.crs.kind() == geo::CrsKind::kGeographic) {
     if (are_degrees(info, source.transform)) return {};
     const bool are_lengths = std::max({-extent.west, extent.east, -extent.south, extent.north}) > 2 * kFarthestLongitudeDeg;
     const bool are_exchanged = extent.west >= -kFarthestLatitudeDeg && extent.east <= kFarthestLatitudeDeg &&
@@ -123,8 +122,7 @@ Result<void> check_place(const OpenSource& source) {
 
 bool looks_like_degrees(const OpenSource& source) {
   constexpr double kFinestStepM = 0.02;  // finer samples than these are rare, in degrees they are usual
-  const geo::Projection projection = source.crs.definition().projection;
-  if (projection != geo::Projection::kTransverseMercator && projection != geo::Projection::kWebMercator) return false;
+  if (source.crs.kind() != geo::CrsKind::kProjected) return false;
   const Bounds extent = bounds_of_samples(source.raster->info(), source.transform, 0.5);
   return extent.west >= -360.0 && extent.east <= 360.0 && extent.south >= -kFarthestLatitudeDeg && extent.north <= kFarthestLatitudeDeg &&
          std::hypot(source.transform.x_column, source.transform.y_column) < kFinestStepM;
