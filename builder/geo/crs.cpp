@@ -16,7 +16,7 @@ namespace {
 
 constexpr const char* kWhatIsKnown =
     "known are longitudes and latitudes on the common datums (4326, 4269, 4258, ...), UTM zones (326xx, 327xx, 269xx, 258xx, ...) and "
-    "other transverse Mercator grids, and 3857; a raster in another CRS has to be reprojected first, for example with gdalwarp -t_srs";
+    "other transverse Mercator grids, 3857 and 3395; a raster in another CRS has to be reprojected first, for example with gdalwarp -t_srs";
 
 constexpr const char* kNoPlace = "pixel coordinates have no longitude and latitude; give a CRS with --crs EPSG:nnnn";
 

@@ -31,7 +31,7 @@ class Crs {
   Crs();  // pixel coordinates
   explicit Crs(CrsDefinition definition);
   // EPSG:4326 and other geographic codes of the common datums, UTM on WGS 84 / NAD 83 / ETRS89 / SIRGAS 2000
-  // and others, EPSG:3857. kUnsupported: the message names the code and how to give a supported one.
+  // and others, EPSG:3857 and 3395. kUnsupported: the message names the code and how to give a supported one.
   [[nodiscard]] static Result<Crs> from_epsg(int code);
   // "EPSG:32633", "32633" or "pixel", as on the command line.
   [[nodiscard]] static Result<Crs> from_text(std::string_view text);

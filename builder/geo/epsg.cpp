@@ -90,6 +90,7 @@ constexpr GeographicRow kGeographic[] = {
     {4289, 6289, 7004, "Amersfoort"},
     {4265, 6265, 7022, "Monte Mario"},
     {4218, 6218, 7022, "Bogota 1975"},
+    {4211, 6211, 7004, "Batavia"},
     {4686, 6686, 7019, "MAGNA-SIRGAS"},
     {4141, 6141, 7019, "Israel 1993"},
     {4240, 6240, 7015, "Indian 1975"},
@@ -138,6 +139,27 @@ constexpr GridRow kGrids[] = {
     {26972, 4269, "NAD83 / Illinois West", dms(36, 40), -dms(90, 10), 0.999941177, 700000.0, 0.0},
     {32145, 4269, "NAD83 / Vermont", 42.5, -72.5, 0.999964286, 500000.0, 0.0},
     {5179, 4737, "Korea 2000 / Unified CS", 38.0, 127.5, 0.9996, 1000000.0, 2000000.0},
+};
+
+struct MercatorRow {
+  int code;
+  int geographic_code;
+  const char* name;
+  Mercator projection;
+};
+constexpr MercatorRow kMercatorGrids[] = {
+    {3395, 4326, "WGS 84 / World Mercator", {}},
+    {3832, 4326, "WGS 84 / PDC Mercator", {.central_meridian_deg = 150.0}},
+    {3994, 4326, "WGS 84 / Mercator 41", {.central_meridian_deg = 100.0, .standard_parallel_deg = -41.0}},
+    {3388, 4284, "Pulkovo 1942 / Caspian Sea Mercator", {.central_meridian_deg = 51.0, .standard_parallel_deg = 42.0}},
+    {5641,
+     4674,
+     "SIRGAS 2000 / Brazil Mercator",
+     {.central_meridian_deg = -43.0, .standard_parallel_deg = -2.0, .false_easting_m = 5000000.0, .false_northing_m = 10000000.0}},
+    {3001,
+     4211,
+     "Batavia / NEIEZ",
+     {.central_meridian_deg = 110.0, .scale_factor = 0.997, .false_easting_m = 3900000.0, .false_northing_m = 900000.0}},
 };
 
 // UTM families and their national twins: code = first + (zone - first_zone); some run over zone 60 into zone
@@ -251,6 +273,17 @@ std::optional<CrsDefinition> transverse_mercator_grid_from_code(int code) {
   return std::nullopt;
 }
 
+std::optional<CrsDefinition> mercator_from_code(int code) {
+  for (const MercatorRow& row : kMercatorGrids)
+    if (row.code == code) return projected(code, row.geographic_code, row.name, row.projection);
+  return std::nullopt;
+}
+
+std::optional<CrsDefinition> cylindrical_equal_area_from_code(int code) {
+  if (code != 6933) return std::nullopt;
+  return projected(code, 4326, "WGS 84 / NSIDC EASE-Grid 2.0 Global", CylindricalEqualArea{.standard_parallel_deg = 30.0});
+}
+
 std::optional<CrsDefinition> web_mercator_from_code(int code) {
   const bool is_one_of_its_names = code == 3857 || code == 900913 || code == 3785;
   return is_one_of_its_names ? projected(3857, 4326, "WGS 84 / Pseudo-Mercator", WebMercator{}) : std::nullopt;
@@ -292,8 +325,8 @@ std::optional<double> unit_size(std::span<const UnitRow> rows, int code) {
 }  // namespace
 
 std::optional<CrsDefinition> definition_from_epsg(int code) {
-  for (const auto& look_up :
-       {geographic_from_code, web_mercator_from_code, utm_from_code, gauss_krueger_from_code, transverse_mercator_grid_from_code})
+  for (const auto& look_up : {geographic_from_code, web_mercator_from_code, mercator_from_code, cylindrical_equal_area_from_code,
+                              utm_from_code, gauss_krueger_from_code, transverse_mercator_grid_from_code})
     if (auto definition = look_up(code)) return definition;
   return std::nullopt;
 }

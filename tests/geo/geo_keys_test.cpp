@@ -48,7 +48,7 @@ CrsDefinition local_grid() {
 
 TEST(GeoKeys, EveryKindOfCrsReadsBackAsWritten) {
   std::vector<Crs> systems = {Crs(), Crs(local_grid())};
-  for (const int code : {4326, 4269, 4267, 4674, 32633, 32733, 31985, 2193, 3857, 26771, 31467, 6328})
+  for (const int code : {4326, 4269, 4267, 4674, 32633, 32733, 31985, 2193, 3857, 26771, 31467, 6328, 3395, 5641, 3001, 6933})
     systems.push_back(Crs::from_epsg(code).value());
   CrsDefinition feet = local_grid();
   feet.metres_per_unit = 0.3048;
@@ -59,6 +59,15 @@ TEST(GeoKeys, EveryKindOfCrsReadsBackAsWritten) {
   CrsDefinition sphere = local_grid();
   sphere.ellipsoid = {.name = "Ball", .semi_major_m = 6371000.0, .inverse_flattening = 0.0};
   systems.emplace_back(sphere);
+  CrsDefinition mercator = local_grid();
+  mercator.projection = Mercator{.central_meridian_deg = 12.5, .scale_factor = 0.997, .false_easting_m = 250.0};
+  systems.emplace_back(mercator);
+  mercator.projection = Mercator{.central_meridian_deg = -72.5, .standard_parallel_deg = 33.25, .false_northing_m = -1.5};
+  mercator.metres_per_unit = 0.3048;
+  systems.emplace_back(mercator);
+  CrsDefinition equal_area = local_grid();
+  equal_area.projection = CylindricalEqualArea{.central_meridian_deg = 12.5, .standard_parallel_deg = 45.0, .false_easting_m = 250.0};
+  systems.emplace_back(equal_area);
   CrsDefinition geographic;
   geographic.projection = Geographic{};
   geographic.name = geographic.datum = "Range datum";

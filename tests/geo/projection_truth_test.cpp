@@ -17,7 +17,8 @@ namespace {
 
 // Methods as the EPSG registry calls them. Of each of them one system at least is known, and all that are
 // known are right.
-const std::set<std::string> kMethods = {"Transverse Mercator", "Popular Visualisation Pseudo Mercator"};
+const std::set<std::string> kMethods = {"Transverse Mercator", "Popular Visualisation Pseudo Mercator", "Mercator (variant A)",
+                                        "Mercator (variant B)", "Lambert Cylindrical Equal Area"};
 
 constexpr double kPositionDeg = 1e-9;  // a tenth of a millimetre; PROJ's own inverse agrees with it within 1e-13
 constexpr double kPositionM = 2e-6;    // PROJ's series, and seven decimals
@@ -127,6 +128,43 @@ TEST(ProjectionTruth, EveryParameterCountsAndIsKept) {
       EXPECT_FALSE(Crs(definition).crs_from_lonlat({.x = 0.0, .y = 0.0}).has_value());
     }
   });
+}
+
+TEST(ProjectionTruth, MercatorHasAScaleOrAParallelAndItsOriginOnTheEquator) {
+  const auto answer = [](const Mercator& parameters) {
+    CrsDefinition definition;
+    definition.projection = parameters;
+    return Crs(definition).crs_from_lonlat({.x = 1.0, .y = 1.0});
+  };
+  EXPECT_TRUE(answer({.scale_factor = 0.9}).has_value());
+  EXPECT_TRUE(answer({.standard_parallel_deg = 40.0}).has_value());
+  EXPECT_NE(answer({.scale_factor = 0.9, .standard_parallel_deg = 40.0}).error().message.find("not both"), std::string::npos);
+  EXPECT_NE(answer({.latitude_of_origin_deg = 5.0}).error().message.find("equator"), std::string::npos);
+  EXPECT_FALSE(answer({.standard_parallel_deg = 90.0}).has_value());
+}
+
+// Snyder, 10-14 and 3-12, in long double; and the place, the other way.
+TEST(ProjectionTruth, CylindricalEqualAreaIsItsClosedForm) {
+  CrsDefinition definition;
+  definition.projection = CylindricalEqualArea{.standard_parallel_deg = 30.0};
+  const Crs crs(definition);
+  const long double f = 1.0L / 298.257223563L;
+  const long double e2 = f * (2.0L - f);
+  const long double e = std::sqrt(e2);
+  const long double degree = std::numbers::pi_v<long double> / 180.0L;
+  const long double k0 = std::cos(30.0L * degree) / std::sqrt(1.0L - e2 / 4.0L);
+  for (double latitude = -89.7; latitude < 89.8; latitude += 1.3) {
+    const long double sine = std::sin(static_cast<long double>(latitude) * degree);
+    const long double q = (1.0L - e2) * (sine / (1.0L - e2 * sine * sine) + std::atanh(e * sine) / e);
+    const auto y = static_cast<double>(6378137.0L * q / (2.0L * k0));
+    EXPECT_NEAR(crs.crs_from_lonlat({.x = 10.0, .y = latitude})->y, y, 1e-8);
+    // A bit of y is more of a latitude towards the poles.
+    const double tolerance_deg = 1e-13 / std::cos(latitude * kDegree) + 1e-13;
+    EXPECT_NEAR(crs.lonlat_from_crs({.x = 0.0, .y = y})->y, latitude, tolerance_deg);
+  }
+  const double pole_y = crs.crs_from_lonlat({.x = 0.0, .y = 90.0})->y;
+  EXPECT_TRUE(crs.lonlat_from_crs({.x = 0.0, .y = pole_y}).has_value());
+  EXPECT_FALSE(crs.lonlat_from_crs({.x = 0.0, .y = pole_y + 1.0}).has_value());
 }
 
 // What stores of today keep, to the byte.

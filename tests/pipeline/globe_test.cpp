@@ -363,5 +363,35 @@ TEST(Globe, AGlobalSourceFillsAnAreaOfAProjectedLayer) {
   EXPECT_EQ(plan_layer(request, std::nullopt, 1 << 20).error().code, ErrorCode::kInvalidData) << "all of it has no place";
 }
 
+// x of a Mercator counts from its own meridian, here 150 degrees east: wherever the raster is cut, its samples lie at their longitudes.
+TEST(Globe, AGlobeThatCountsFromAnotherMeridianFillsAnArea) {
+  const test::TempFolder folder;
+  const geo::Crs pacific = geo::Crs::from_epsg(3832).value();
+  const double step = *pacific.turn() / 720;
+  for (const double west : {-360.0 * step, -7.25 * step}) {
+    RasterSpec spec{.width = 720, .height = 200, .bands = 1, .type = SampleType::kFloat32};
+    spec.transform = {west, step, 0.0, 100.0 * step, 0.0, -step};
+    spec.epsg = 3832;
+    write_raster(folder / "a.tif", spec, [&](std::int64_t x, std::int64_t y, int) {
+      const Point2 place{west + (static_cast<double>(x) + 0.5) * step, (99.5 - static_cast<double>(y)) * step};
+      const Point2 lonlat = pacific.lonlat_from_crs(place).value();
+      return height_at(lonlat.x, lonlat.y);
+    });
+    const auto expect_layer = [&](int code, const Area& area, double gsd_m) {
+      SCOPED_TRACE(std::to_string(code) + " from " + std::to_string(west / step));
+      const geo::Crs crs = geo::Crs::from_epsg(code).value();
+      LayerRequest request = request_for({folder / "a.tif"}, ChannelType::kElevation);
+      request.crs = crs;
+      request.gsd_m = gsd_m;
+      request.area = area;
+      std::filesystem::remove(folder / "a.vts");
+      build(folder / "a.vts", request);
+      expect_truth(folder / "a.vts", crs, kFloatError + bilinear_error(0.5) + 0.01, everywhere);
+    };
+    for (const int zone : {32633, 32601, 32654}) expect_layer(zone, {100000.0, 1000000.0, 900000.0, 2000000.0}, 20000.0);
+    expect_layer(4326, {-180.0, -30.0, 180.0, 30.0}, 50000.0);
+  }
+}
+
 }  // namespace
 }  // namespace vt::pipeline

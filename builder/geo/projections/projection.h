@@ -11,7 +11,9 @@
 #include <type_traits>
 #include <variant>
 
+#include "builder/geo/projections/cylindrical_equal_area.h"
 #include "builder/geo/projections/geographic.h"
+#include "builder/geo/projections/mercator.h"
 #include "builder/geo/projections/method.h"
 #include "builder/geo/projections/pixel.h"
 #include "builder/geo/projections/transverse_mercator.h"
@@ -19,7 +21,7 @@
 
 namespace vt::geo {
 
-using Projection = std::variant<Pixel, Geographic, TransverseMercator, WebMercator>;
+using Projection = std::variant<Pixel, Geographic, TransverseMercator, WebMercator, Mercator, CylindricalEqualArea>;
 
 // Calls use(method) with every method, its parameters at their defaults.
 template <class Use, std::size_t... kIndex>
