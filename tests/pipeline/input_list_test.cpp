@@ -39,6 +39,23 @@ TEST_F(InputList, AFolderIsItsRastersByName) {
   EXPECT_EQ(expand_input("tiles", folder_.path()).value(), (Paths{tiles / "a10.TIF", tiles / "a2.tiff", tiles / "b.tif", tiles / "c.png"}));
 }
 
+// Content counts where others use a suffix, too, and where the format is not read.
+TEST_F(InputList, AFolderIsWithoutWhatOnlySoundsLikeARaster) {
+  std::filesystem::create_directory(folder_ / "tiles");
+  touch("tiles/codestream.j2k", "");
+  touch("tiles/grid.asc", "ncols 2\nnrows 2\n");
+  touch("tiles/signature.asc", "-----BEGIN PGP SIGNATURE-----");
+  touch("tiles/light.hdr", "#?RADIANCE\n");
+  touch("tiles/raw.hdr", "ENVI\nsamples = 4\n");
+  touch("tiles/raw.bil");
+  touch("tiles/imagine.img", "EHFA_HEADER_TAG");
+  touch("tiles/disk.img");
+  touch("tiles/catalogue.vrt", "<VRTDataset>");
+  const auto tiles = folder_ / "tiles";
+  EXPECT_EQ(expand_input("tiles", folder_.path()).value(),
+            (Paths{tiles / "codestream.j2k", tiles / "grid.asc", tiles / "imagine.img", tiles / "light.hdr", tiles / "raw.bil"}));
+}
+
 TEST_F(InputList, AListKeepsItsOrderAndIsRelativeToItself) {
   std::filesystem::create_directories(folder_ / "lists/tiles");
   touch("lists/tiles/2.tif");

@@ -1,5 +1,6 @@
-// What headers of pictures claim and say: claims beyond the file are refused before memory is taken for them, and nothing that changes what
-// samples mean is passed over in silence. Files are made by stb, OpenEXR, and by hand.
+// What headers of pictures claim and say: claims beyond the file are refused before memory is taken for them,
+// and nothing that changes what samples mean is passed over in silence. Files are made by stb, OpenEXR, and
+// by hand.
 #include "builder/source/picture/picture_header.h"
 
 #include <ImfChannelList.h>
@@ -14,6 +15,7 @@
 #include <fstream>
 #include <iterator>
 
+#include "builder/source/picture/picture_format.h"
 #include "builder/source/raster_source.h"
 #include "tests/source/raster_files.h"
 #include "tests/support/raw_tiff.h"
@@ -277,7 +279,8 @@ TEST_F(PictureHeaderTest, CodesThatAreExpandedAreNoNumbers) {
 }
 
 TEST_F(PictureHeaderTest, Jpeg2000SaysHowItsNumbersAre) {
-  // Boxes with a channel definition, or none, and a codestream that is nothing but its size; `depth` as the standard has it, sign and all.
+  // Boxes with a channel definition, or none, and a codestream that is nothing but its size; `depth` as the
+  // standard has it, sign and all.
   const auto header_of = [&](unsigned depth, int opacity) {
     const std::string cdef =
         opacity == 0 ? "" : big(8 + 2 + 6) + "cdef" + big(1, 2) + big(3, 2) + big(static_cast<std::uint32_t>(opacity), 2) + big(0, 2);
@@ -288,7 +291,7 @@ TEST_F(PictureHeaderTest, Jpeg2000SaysHowItsNumbersAre) {
                                 big(4, 2) + components + std::string(200, '\x07');
     const auto file = FileBytes::open(save("a.jp2", content), {});
     EXPECT_TRUE(file.has_value());
-    const auto header = read_picture_header(**file, RasterFormat::kJpeg2000);
+    const auto header = read_picture_header(**file, kJpeg2000Format);
     EXPECT_TRUE(header.has_value()) << (header ? "" : header.error().message);
     return header ? *header : PictureHeader{};
   };
@@ -314,13 +317,14 @@ TEST_F(PictureHeaderTest, SizesBelowOneAreRefused) {
   content.replace(29, 4, big(crc_of(content.substr(12, 17))));
   expect_refused(save("a.png", content), "0 x " + std::to_string(kEdge));
   expect_refused(save("a.hdr", "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y -16 +X 16\n" + std::string(2000, 'x')), "16 x -16");
-  // Of JPEG 2000 the size is what is left to the right of the image's offset.
+  // The size of a JPEG 2000 is what is left to the right of the image's offset.
   const std::string siz = "\xff\x4f\xff\x51"s + big(47, 2) + big(0, 2) + big(16) + big(16) + big(20) + big(0) + big(16) + big(16) + big(0) +
                           big(0) + big(3, 2) + std::string(200, '\x07');
   expect_refused(save("a.j2k", siz), "-4 x 16");
 }
 
-// A whole picture of one colour is the most compressed one that there is: it is read, so no bound is too tight.
+// A whole picture of one colour is the most compressed one that there is: it is read, so no bound is too
+// tight.
 TEST_F(PictureHeaderTest, PicturesOfOneColourAreBelieved) {
   constexpr int kLarge = 1000;
   std::vector<unsigned char> samples(kLarge * kLarge * 3, 7);
@@ -444,7 +448,8 @@ TEST_F(PictureHeaderTest, ColourInformationOfAnOpenExrIsRemarked) {
   expect_remark(folder_ / "a.exr", "chromaticities");
 }
 
-// Damage of any kind in a header is an error or nothing, never a crash or a wait. The decoders behind it are not ours to test.
+// Damage of any kind in a header is an error or nothing, never a crash or a wait. The decoders behind it are
+// not ours to test.
 TEST_F(PictureHeaderTest, DamagedHeadersNeitherCrashNorHang) {
   std::vector<float> light(kEdge * kEdge * 3, 2.0F);
   stbi_write_hdr((folder_ / "plain.hdr").c_str(), kEdge, kEdge, 3, light.data());
@@ -464,27 +469,27 @@ TEST_F(PictureHeaderTest, DamagedHeadersNeitherCrashNorHang) {
                           big(static_cast<std::uint32_t>(24 + exif(6).size())) + "uuidJpgTiffExif->JP2" + exif(6) + big(0) +
                           "jp2c\xff\x4f\xff\x51" + big(47, 2) + big(0, 2) + big(16) + big(16) + big(0) + big(0) + big(16) + big(16) +
                           big(0) + big(0) + big(3, 2) + std::string(60, '\x07');
-  const std::pair<RasterFormat, std::string> files[] = {
-      {RasterFormat::kPng,
+  const std::pair<const PictureFormat*, std::string> files[] = {
+      {&kPngFormat,
        content_of(png(chunk("iCCP", "x\0\0"s + stored_zlib(icc)) + chunk("cHRM", std::string(32, '\1')) + chunk("eXIf", exif(6))))},
-      {RasterFormat::kJpeg, content_of(jpeg({{0xE1, "Exif\0\0"s + exif(6)}, {0xE2, "ICC_PROFILE\0\x01\x01"s + icc}}))},
-      {RasterFormat::kJpeg2000, jp2},
-      {RasterFormat::kOpenExr, content_of(folder_ / "plain.exr")},
-      {RasterFormat::kRadiance, content_of(folder_ / "plain.hdr")},
-      {RasterFormat::kPnm, "P5 # comment\n16 16\n255\n" + std::string(256, 'x')},
+      {&kJpegFormat, content_of(jpeg({{0xE1, "Exif\0\0"s + exif(6)}, {0xE2, "ICC_PROFILE\0\x01\x01"s + icc}}))},
+      {&kJpeg2000Format, jp2},
+      {&kOpenExrFormat, content_of(folder_ / "plain.exr")},
+      {&kRadianceFormat, content_of(folder_ / "plain.hdr")},
+      {&kPnmFormat, "P5 # comment\n16 16\n255\n" + std::string(256, 'x')},
   };
   for (const auto& [format, content] : files) {
-    SCOPED_TRACE(static_cast<int>(format));
+    SCOPED_TRACE(format->reader);
     const auto read = [&](const std::string& bytes) {
       const auto file = FileBytes::open(save("damaged", bytes));
       ASSERT_TRUE(file.has_value());
-      const auto header = read_picture_header(**file, format);
+      const auto header = read_picture_header(**file, *format);
       if (!header) {
         EXPECT_NE(header.error().code, ErrorCode::kInternal) << header.error().message;
       }
     };
     const auto good = FileBytes::open(save("good", content)).value();
-    EXPECT_TRUE(read_picture_header(*good, format).has_value()) << read_picture_header(*good, format).error().message;
+    EXPECT_TRUE(read_picture_header(*good, *format).has_value()) << read_picture_header(*good, *format).error().message;
     const std::size_t head = std::min<std::size_t>(content.size(), 900);
     for (std::size_t length = 12; length < head; length += 3) read(content.substr(0, length));
     std::mt19937 random(9);

@@ -1,4 +1,5 @@
-// Files are known by their content, and those that are not read are called by their name: nobody's decoder is started to find out.
+// Files are known by their content, and those that are not read are called by their name: nobody's decoder is
+// started to find out.
 #include "builder/source/raster_format.h"
 
 #include <gtest/gtest.h>
@@ -8,6 +9,8 @@
 #include <unistd.h>
 
 #include <fstream>
+#include <set>
+#include <string_view>
 
 #include "builder/source/raster_source.h"
 #include "tests/support/temp_folder.h"
@@ -96,6 +99,31 @@ TEST_F(RasterFormatTest, WhatNobodyKnowsIsShownByItsFirstBytes) {
   EXPECT_NE(error.message.find("begins with the bytes 77 68 61 74 3f"), std::string::npos) << error.message;
   EXPECT_NE(error.message.find("OpenEXR"), std::string::npos) << "what is read: " << error.message;
   EXPECT_EQ(error_of(write("empty.tif", "")).code, ErrorCode::kInvalidData);
+}
+
+// A row says all that anybody needs to know of its format, and no two rows claim the same suffix.
+TEST_F(RasterFormatTest, EveryRowIsComplete) {
+  std::set<std::string_view> names;
+  std::set<std::string_view> suffixes;
+  for (const RasterFormat& format : raster_formats()) {
+    SCOPED_TRACE(format.name);
+    EXPECT_TRUE(names.insert(format.name).second);
+    EXPECT_EQ(format.open == nullptr, format.advice != Advice::kNone);
+    EXPECT_TRUE(format.is_this != nullptr || !format.magic.front().bytes.empty());
+    EXPECT_TRUE(format.open == nullptr || !format.suffixes.front().empty()) << "left out of folders";
+    for (const std::string_view suffix : format.suffixes) {
+      if (suffix.empty()) continue;
+      EXPECT_TRUE(suffixes.insert(suffix).second) << suffix;
+      EXPECT_EQ(suffix, in_lower_case(std::string(suffix)));
+      EXPECT_TRUE(suffix.starts_with('.')) << suffix;
+      EXPECT_TRUE(format.has_suffix("a" + in_lower_case(std::string(suffix))));
+    }
+    EXPECT_FALSE(format.has_suffix("a"));
+  }
+  const auto tiff = format_of(**FileBytes::open(write("a.png", "II*\0"s)));
+  ASSERT_TRUE(tiff.has_value());
+  EXPECT_EQ((*tiff)->name, "GeoTIFF");
+  EXPECT_TRUE((*tiff)->has_suffix("A.TIF"));
 }
 
 // Opening one of these may wait for ever; the test would too.

@@ -3,16 +3,18 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
+#include "builder/source/raster_format.h"
 #include "builder/text/json_text.h"
 #include "store/store_reader.h"
 
 namespace vt::pipeline {
 
 Result<std::optional<DatasetFrame>> existing_frame(const std::filesystem::path& path) {
-  for (const char* suffix : {".tif", ".tiff", ".png", ".jpg", ".jpeg", ".exr", ".jp2", ".json"})
-    if (path.extension() == suffix)
-      return fail(ErrorCode::kUsage,
-                  path.string() + ": a store is wanted here, with the suffix .vts; " + suffix + " is the suffix of something else");
+  const bool is_named_as_raster = std::ranges::any_of(
+      source::raster_formats(), [&](const source::RasterFormat& format) { return format.open != nullptr && format.has_suffix(path); });
+  if (is_named_as_raster || path.extension() == ".json")
+    return fail(ErrorCode::kUsage, path.string() + ": a store is wanted here, with the suffix .vts; " + path.extension().string() +
+                                       " is the suffix of something else");
   std::error_code error;
   const std::filesystem::path folder = path.parent_path();
   if (!folder.empty() && !std::filesystem::is_directory(folder, error))

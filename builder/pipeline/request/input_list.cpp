@@ -1,11 +1,9 @@
 #include "builder/pipeline/request/input_list.h"
 
 #include <algorithm>
-#include <array>
 #include <cctype>
 #include <sstream>
 #include <string>
-#include <string_view>
 #include <system_error>
 
 #include "builder/source/files/file_bytes.h"
@@ -15,35 +13,24 @@
 namespace vt::pipeline {
 namespace {
 
-// World files, pyramids and other companions lie beside rasters: in a folder only these are meant.
-constexpr std::string_view kRasterSuffixes[] = {".tif", ".tiff", ".gtiff", ".png", ".jpg", ".jpeg", ".jp2",
-                                                ".j2k", ".exr",  ".ppm",   ".pgm", ".pbm", ".pnm"};
-// Formats that are not read. Left out without a word, they would be holes in a mosaic: they are taken along where their content is what
-// their name says, and refused by name when they are opened. Raster catalogues (.vrt) and databases are no tiles of a mosaic.
-constexpr std::string_view kForeignSuffixes[] = {".hgt", ".dt0", ".dt1", ".dt2", ".asc", ".img", ".ntf", ".nitf", ".sid",  ".ecw",
-                                                 ".bil", ".bip", ".bsq", ".flt", ".dem", ".nc",  ".grb", ".grb2", ".grib", ".grib2",
-                                                 ".bt",  ".ter", ".pix", ".hdf", ".h5",  ".bmp", ".tga", ".webp"};
-
 constexpr std::size_t kMostListBytes = std::size_t{64} << 20;  // longer than any list of files that a machine can open
 
-template <class List>
-bool has_suffix_of(const List& list, const std::filesystem::path& path) {
-  std::string suffix = path.extension().string();
-  std::ranges::transform(suffix, suffix.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return std::ranges::find(list, suffix) != std::end(list);
-}
-
-// Whether a file of a folder is meant: a raster, or one that should be one.
+// Whether a file of a folder is meant: a raster, or one that should be one. World files, pyramids and other companions lie beside rasters.
+// Rasters of formats that are not read would be holes in a mosaic if they were left out without a word: they are taken along where their
+// content is what their name says, and refused by name when they are opened.
 bool is_raster(const std::filesystem::path& path) {
-  if (has_suffix_of(kRasterSuffixes, path)) return true;
-  // A Radiance picture, or the header beside a raw raster.
-  const bool may_be_radiance = has_suffix_of(std::array{std::string_view(".hdr")}, path);
-  if (!may_be_radiance && !has_suffix_of(kForeignSuffixes, path)) return false;
+  bool may_be = false;
+  for (const source::RasterFormat& format : source::raster_formats()) {
+    if (!format.has_suffix(path)) continue;
+    if (format.open != nullptr && !format.shares_suffix) return true;
+    may_be = true;
+  }
+  if (!may_be) return false;
   const auto file = source::FileBytes::open(path);
   if (!file) return true;  // opening it again will tell why
-  if (may_be_radiance) return source::identify(**file).has_value();
-  const auto name = source::foreign_name(**file);
-  return !name || !name->empty();
+  const auto format = source::format_of(**file);
+  if (!format) return true;
+  return *format != nullptr && (*format)->is_raster() && ((*format)->open == nullptr || (*format)->has_suffix(path));
 }
 
 Result<std::vector<std::filesystem::path>> rasters_in(const std::filesystem::path& folder) {

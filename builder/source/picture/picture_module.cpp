@@ -36,7 +36,8 @@ Result<const void*> picture_library_symbol(const char* name) {
   return symbol;
 }
 
-Result<std::unique_ptr<RasterSource>> open_picture(std::shared_ptr<const FileBytes> file, RasterFormat format, const OpenOptions& options) {
+Result<std::unique_ptr<RasterSource>> open_picture(std::shared_ptr<const FileBytes> file, const PictureFormat& format,
+                                                   const OpenOptions& options) {
   VT_ASSIGN(const void* const module, picture_library_symbol(kPictureModuleSymbol));
   return static_cast<const PictureModule*>(module)->open_picture(std::move(file), format, options);
 }

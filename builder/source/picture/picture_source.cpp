@@ -91,38 +91,17 @@ struct Input final : IdleReader {
   std::int64_t next_row = 0;
 };
 
-// What OpenImageIO calls its reader of a format.
-const char* reader_name(RasterFormat format) {
-  switch (format) {
-    case RasterFormat::kPng:
-      return "png";
-    case RasterFormat::kJpeg:
-      return "jpeg";
-    case RasterFormat::kJpeg2000:
-      return "jpeg2000";
-    case RasterFormat::kOpenExr:
-      return "openexr";
-    case RasterFormat::kRadiance:
-      return "hdr";
-    case RasterFormat::kPnm:
-      return "pnm";
-    case RasterFormat::kTiff:
-      break;
-  }
-  return "";
-}
-
-// By the reader of the format that the content is of, and by no other: asked for a file alone, OpenImageIO tries all that it has.
-Result<std::unique_ptr<Input>> open_input(const FileBytes& file, RasterFormat format) {
+// By the reader of the format that the content is of, and by no other: asked for a file alone, OpenImageIO
+// tries all that it has.
+Result<std::unique_ptr<Input>> open_input(const FileBytes& file, const PictureFormat& format) {
   VT_CHECK(file.check_unchanged());  // OpenImageIO opens it by its path
   const std::string path = file.path().string();
   OIIO::ImageSpec wish;
   wish.attribute("oiio:UnassociatedAlpha", 1);  // codes as they are in the file
   auto input = std::make_unique<Input>();
-  input->decoder = OIIO::ImageInput::create(reader_name(format));
+  input->decoder = OIIO::ImageInput::create(format.reader);
   if (!input->decoder)
-    return fail(ErrorCode::kInternal,
-                fmt::format("{}: OpenImageIO lacks its reader \"{}\": {}", path, reader_name(format), OIIO::geterror()));
+    return fail(ErrorCode::kInternal, fmt::format("{}: OpenImageIO lacks its reader \"{}\": {}", path, format.reader, OIIO::geterror()));
   std::string reason;
   try {
     OIIO::ImageSpec spec;
@@ -131,7 +110,7 @@ Result<std::unique_ptr<Input>> open_input(const FileBytes& file, RasterFormat fo
   } catch (const std::exception& problem) {  // OpenEXR and lack of memory
     reason = problem.what();
   }
-  return fail(ErrorCode::kInvalidData, fmt::format("{}: cannot be read as {}: {}", path, reader_name(format), reason));
+  return fail(ErrorCode::kInvalidData, fmt::format("{}: cannot be read as {}: {}", path, format.reader, reason));
 }
 
 // What a PNG's header says of its samples; empty for other files.
@@ -173,7 +152,7 @@ class PictureDecoder final : public CellDecoder {
     int straighten_by = -1;  // the alpha band when colours are stored multiplied by it
   };
 
-  PictureDecoder(std::shared_ptr<const FileBytes> file, RasterFormat format, std::unique_ptr<Input> first, const CellGrid& grid,
+  PictureDecoder(std::shared_ptr<const FileBytes> file, const PictureFormat& format, std::unique_ptr<Input> first, const CellGrid& grid,
                  const Samples& samples)
       : file_(std::move(file)), format_(format), grid_(grid), samples_(samples) {
     give(std::move(first));
@@ -232,7 +211,7 @@ class PictureDecoder final : public CellDecoder {
                                   out.data());
   }
 
-  // Of tiles that stick out of the picture, what is inside: rows of a whole tile's width apart.
+  // The inside of a tile that sticks out of the picture: rows of a whole tile's width apart.
   bool read_tile(OIIO::ImageInput& decoder, std::int64_t left, std::int64_t top, Block& out) const {
     const OIIO::ImageSpec& spec = decoder.spec();
     const int x_begin = spec.x + static_cast<int>(left);
@@ -244,7 +223,7 @@ class PictureDecoder final : public CellDecoder {
   }
 
   std::shared_ptr<const FileBytes> file_;
-  RasterFormat format_;
+  const PictureFormat& format_;
   CellGrid grid_;
   Samples samples_;
   mutable std::atomic<std::uint64_t> decoded_bytes_ = 0;
@@ -252,8 +231,9 @@ class PictureDecoder final : public CellDecoder {
 
 class PictureSource final : public RasterSource {
  public:
-  // `first_x`, `first_y`: the stored sample that is the first of the raster; stored samples outside the raster are not read, and places of
-  // the raster where none is stored have no data. Only floating-point samples may lack.
+  // `first_x`, `first_y`: the stored sample that is the first of the raster; stored samples outside the
+  // raster are not read, and places of the raster where none is stored have no data. Only floating-point
+  // samples may lack.
   PictureSource(RasterInfo info, std::int64_t first_x, std::int64_t first_y, std::unique_ptr<PictureDecoder> decoder,
                 const std::shared_ptr<BlockCache>& cache, const std::shared_ptr<ScratchFile>& scratch)
       : first_x_(first_x), first_y_(first_y), decoder_(std::move(decoder)), cells_(*decoder_, cache, scratch) {
@@ -286,7 +266,8 @@ class PictureSource final : public RasterSource {
     });
   }
 
-  // OpenImageIO does not tell where in the file a window is stored: any change of the file is a change everywhere.
+  // OpenImageIO does not tell where in the file a window is stored: any change of the file is a change
+  // everywhere.
   Result<void> hash(const Window& window, std::span<const int> bands, store::ContentHasher& content) const override {
     VT_CHECK(check_window(info_, window, bands));
     VT_ASSIGN(const store::ContentHash whole, cells_.cache().hash(cells_.key(0, 0, 0), [&] { return hash_file(decoder_->file()); }));
@@ -354,7 +335,8 @@ CellGrid grid_of(const OIIO::ImageSpec& spec, const RasterInfo& info, bool is_ra
   return grid;
 }
 
-// Channel names say what they are: OpenImageIO orders those of OpenEXR as red, green, blue, alpha, and names the bands of other formats.
+// Channel names say what they are: OpenImageIO orders those of OpenEXR as red, green, blue, alpha, and names
+// the bands of other formats.
 std::vector<BandMeaning> meaning_of(const OIIO::ImageSpec& spec, const RasterInfo& info) {
   struct Row {
     std::string_view name;
@@ -405,7 +387,8 @@ Result<void> apply_header(const PictureHeader& header, RasterInfo& info) {
   return {};
 }
 
-Result<std::unique_ptr<RasterSource>> read_picture(std::shared_ptr<const FileBytes> file, RasterFormat format, const OpenOptions& options) {
+Result<std::unique_ptr<RasterSource>> read_picture(std::shared_ptr<const FileBytes> file, const PictureFormat& format,
+                                                   const OpenOptions& options) {
   const std::filesystem::path path = file->path();
   VT_ASSIGN(const PictureHeader header, read_picture_header(*file, format));
   VT_ASSIGN(std::unique_ptr<Input> input, open_input(*file, format));
@@ -414,7 +397,8 @@ Result<std::unique_ptr<RasterSource>> read_picture(std::shared_ptr<const FileByt
     return fail(ErrorCode::kUnsupported, fmt::format("{} ({}): {}", path.string(), input->decoder->format_name(), what));
   };
   VT_ASSIGN(const std::optional<PngHeader> png, read_png_header(*file));
-  // OpenImageIO 2.4 forgets to swap the bytes of 16-bit samples when a PNG is interlaced: wrong values without any error.
+  // OpenImageIO 2.4 forgets to swap the bytes of 16-bit samples when a PNG is interlaced: wrong values
+  // without any error.
   if (png && png->bits == 16 && png->is_interlaced)
     return unsupported("a 16-bit PNG that is interlaced is not decoded reliably; save it without interlacing");
   // It also expands palettes to colours and codes of fewer than 8 bits to 8.
@@ -455,7 +439,7 @@ Result<std::unique_ptr<RasterSource>> read_picture(std::shared_ptr<const FileByt
   for (BandMeaning& band : info.meaning)
     if (options.nodata) band.nodata = options.nodata;
   const std::shared_ptr<BlockCache> cache = cache_of(options);
-  const CellGrid grid = grid_of(spec, info, format == RasterFormat::kOpenExr, *cache);
+  const CellGrid grid = grid_of(spec, info, format.has_rows_in_any_order, *cache);
   info.block_width = grid.block_width;
   info.block_height = grid.rows_per_cell;
   if (grid.row_bytes() > kMaxCellBytes / grid.rows_per_cell)
