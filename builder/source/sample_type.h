@@ -1,8 +1,10 @@
-// The numeric types in which source rasters keep their samples. A shared word: readers produce them, channels decode them.
+// The numeric types in which source rasters keep their samples. A shared word: readers produce them, channels
+// decode them.
 #pragma once
 
 #include <cstddef>
 #include <cstdint>
+#include <type_traits>
 
 namespace vt {
 
@@ -68,6 +70,31 @@ enum class SampleType : std::uint8_t { kUint8, kInt8, kUint16, kInt16, kUint32, 
       return 1.0;
   }
   return 1.0;
+}
+
+// Calls use(std::type_identity<T>()) with the C++ type that holds one sample, and returns what it returns:
+//   visit_sample_type(type, [&]<class T>(std::type_identity<T>) { return decode<T>(samples); });
+template <class Use>
+decltype(auto) visit_sample_type(SampleType type, const Use& use) {
+  switch (type) {
+    case SampleType::kUint8:
+      return use(std::type_identity<std::uint8_t>());
+    case SampleType::kInt8:
+      return use(std::type_identity<std::int8_t>());
+    case SampleType::kUint16:
+      return use(std::type_identity<std::uint16_t>());
+    case SampleType::kInt16:
+      return use(std::type_identity<std::int16_t>());
+    case SampleType::kUint32:
+      return use(std::type_identity<std::uint32_t>());
+    case SampleType::kInt32:
+      return use(std::type_identity<std::int32_t>());
+    case SampleType::kFloat32:
+      return use(std::type_identity<float>());
+    case SampleType::kFloat64:
+      break;
+  }
+  return use(std::type_identity<double>());
 }
 
 [[nodiscard]] constexpr bool is_floating_point(SampleType type) { return type == SampleType::kFloat32 || type == SampleType::kFloat64; }

@@ -46,32 +46,9 @@ bool is_same_place(const geo::GeoTransform& a, const geo::GeoTransform& b, const
 }  // namespace
 
 void straighten_alpha(SampleType type, std::span<std::byte> samples, int bands, int alpha_band, double max_code) {
-  switch (type) {
-    case SampleType::kUint8:
-      straighten<std::uint8_t>(samples, bands, alpha_band, max_code);
-      break;
-    case SampleType::kInt8:
-      straighten<std::int8_t>(samples, bands, alpha_band, 127.0);
-      break;
-    case SampleType::kUint16:
-      straighten<std::uint16_t>(samples, bands, alpha_band, max_code);
-      break;
-    case SampleType::kInt16:
-      straighten<std::int16_t>(samples, bands, alpha_band, 32767.0);
-      break;
-    case SampleType::kUint32:
-      straighten<std::uint32_t>(samples, bands, alpha_band, max_code);
-      break;
-    case SampleType::kInt32:
-      straighten<std::int32_t>(samples, bands, alpha_band, 2147483647.0);
-      break;
-    case SampleType::kFloat32:
-      straighten<float>(samples, bands, alpha_band, 1.0);
-      break;
-    case SampleType::kFloat64:
-      straighten<double>(samples, bands, alpha_band, 1.0);
-      break;
-  }
+  visit_sample_type(type, [&]<class T>(std::type_identity<T>) {
+    straighten<T>(samples, bands, alpha_band, std::is_unsigned_v<T> ? max_code : full_scale(type));
+  });
 }
 
 std::shared_ptr<BlockCache> cache_of(const OpenOptions& options) {

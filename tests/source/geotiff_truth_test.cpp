@@ -79,29 +79,11 @@ double number(const Json& value) {
 bool same(double a, double b) { return a == b || (std::isnan(a) && std::isnan(b)); }
 
 double sample_at(const std::byte* place, SampleType type) {
-  const auto as = [&]<class T>(T value) {
+  return visit_sample_type(type, [&]<class T>(std::type_identity<T>) {
+    T value;
     std::memcpy(&value, place, sizeof value);
     return static_cast<double>(value);
-  };
-  switch (type) {
-    case SampleType::kUint8:
-      return as(std::uint8_t{});
-    case SampleType::kInt8:
-      return as(std::int8_t{});
-    case SampleType::kUint16:
-      return as(std::uint16_t{});
-    case SampleType::kInt16:
-      return as(std::int16_t{});
-    case SampleType::kUint32:
-      return as(std::uint32_t{});
-    case SampleType::kInt32:
-      return as(std::int32_t{});
-    case SampleType::kFloat32:
-      return as(float{});
-    case SampleType::kFloat64:
-      return as(double{});
-  }
-  return 0.0;
+  });
 }
 
 const std::map<std::string, SampleType> kGdalTypes = {

@@ -109,25 +109,7 @@ Result<std::vector<double>> choose_azimuths(const Options& options, std::size_t 
 }  // namespace
 
 bool HorizonInput::decode_row(const std::byte* samples, std::int64_t count, const PlaneRow& out) const {
-  switch (layout.type) {
-    case SampleType::kUint8:
-      return decode<std::uint8_t>(*this, samples, count, out);
-    case SampleType::kInt8:
-      return decode<std::int8_t>(*this, samples, count, out);
-    case SampleType::kUint16:
-      return decode<std::uint16_t>(*this, samples, count, out);
-    case SampleType::kInt16:
-      return decode<std::int16_t>(*this, samples, count, out);
-    case SampleType::kUint32:
-      return decode<std::uint32_t>(*this, samples, count, out);
-    case SampleType::kInt32:
-      return decode<std::int32_t>(*this, samples, count, out);
-    case SampleType::kFloat32:
-      return decode<float>(*this, samples, count, out);
-    case SampleType::kFloat64:
-      return decode<double>(*this, samples, count, out);
-  }
-  return false;
+  return visit_sample_type(layout.type, [&]<class T>(std::type_identity<T>) { return decode<T>(*this, samples, count, out); });
 }
 
 std::string azimuth_name(double azimuth_deg) {

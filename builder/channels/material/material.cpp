@@ -73,25 +73,7 @@ class MaterialCodec final : public ChannelCodec {
   }
 
   bool decode_values(const std::byte* samples, std::int64_t count, const PlaneRow& out) const override {
-    switch (layout_.type) {
-      case SampleType::kUint8:
-        return decode<std::uint8_t>(samples, count, out);
-      case SampleType::kInt8:
-        return decode<std::int8_t>(samples, count, out);
-      case SampleType::kUint16:
-        return decode<std::uint16_t>(samples, count, out);
-      case SampleType::kInt16:
-        return decode<std::int16_t>(samples, count, out);
-      case SampleType::kUint32:
-        return decode<std::uint32_t>(samples, count, out);
-      case SampleType::kInt32:
-        return decode<std::int32_t>(samples, count, out);
-      case SampleType::kFloat32:
-        return decode<float>(samples, count, out);
-      case SampleType::kFloat64:
-        return decode<double>(samples, count, out);
-    }
-    return false;
+    return visit_sample_type(layout_.type, [&]<class T>(std::type_identity<T>) { return decode<T>(samples, count, out); });
   }
 
   // A texel of the finest level is all of one class.

@@ -67,24 +67,13 @@ bool decode(const NormalInput& input, const std::byte* samples, std::int64_t cou
 }  // namespace
 
 bool NormalInput::decode_row(const std::byte* samples, std::int64_t count, const PlaneRow& out) const {
-  switch (layout.type) {
-    case SampleType::kUint8:
-      return decode<std::uint8_t>(*this, samples, count, out);
-    case SampleType::kUint16:
-      return decode<std::uint16_t>(*this, samples, count, out);
-    case SampleType::kInt8:
-      return decode<std::int8_t>(*this, samples, count, out);
-    case SampleType::kInt16:
-      return decode<std::int16_t>(*this, samples, count, out);
-    case SampleType::kFloat32:
-      return decode<float>(*this, samples, count, out);
-    case SampleType::kFloat64:
-      return decode<double>(*this, samples, count, out);
-    case SampleType::kUint32:
-    case SampleType::kInt32:
-      break;  // refused when the input was chosen
-  }
-  return false;
+  return visit_sample_type(layout.type, [&]<class T>(std::type_identity<T>) {
+    if constexpr (std::is_integral_v<T> && sizeof(T) == 4) {
+      return false;  // refused when the input was chosen
+    } else {
+      return decode<T>(*this, samples, count, out);
+    }
+  });
 }
 
 Result<NormalInput> choose_normal_input(const Options& options, const SampleLayout& layout) {

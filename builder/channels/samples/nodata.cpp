@@ -38,27 +38,12 @@ bool NodataKey::operator==(const NodataKey& other) const {
 }
 
 NodataRange nodata_range(SampleType type, double declared) {
-  switch (type) {
-    case SampleType::kUint8:
-      return of_integer<std::uint8_t>(declared);
-    case SampleType::kInt8:
-      return of_integer<std::int8_t>(declared);
-    case SampleType::kUint16:
-      return of_integer<std::uint16_t>(declared);
-    case SampleType::kInt16:
-      return of_integer<std::int16_t>(declared);
-    case SampleType::kUint32:
-      return of_integer<std::uint32_t>(declared);
-    case SampleType::kInt32:
-      return of_integer<std::int32_t>(declared);
-    case SampleType::kFloat32:
-    case SampleType::kFloat64:
-      break;
-  }
-  if (!std::isfinite(declared)) return {};
-  if (type == SampleType::kFloat64) return of_float(declared, std::numeric_limits<double>::max());
-  constexpr double kLargest = std::numeric_limits<float>::max();
-  return of_float(static_cast<double>(static_cast<float>(std::clamp(declared, -kLargest, kLargest))), kLargest);
+  return visit_sample_type(type, [&]<class T>(std::type_identity<T>) -> NodataRange {
+    if constexpr (std::is_integral_v<T>) return of_integer<T>(declared);
+    if (!std::isfinite(declared)) return {};
+    constexpr auto kLargest = static_cast<double>(std::numeric_limits<T>::max());
+    return of_float(static_cast<double>(static_cast<T>(std::clamp(declared, -kLargest, kLargest))), kLargest);
+  });
 }
 
 }  // namespace vt::channels

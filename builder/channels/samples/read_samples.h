@@ -17,25 +17,7 @@ template <class T>
 }
 
 [[nodiscard]] inline double read_sample(SampleType type, const std::byte* sample) {
-  switch (type) {
-    case SampleType::kUint8:
-      return read_as<std::uint8_t>(sample);
-    case SampleType::kInt8:
-      return read_as<std::int8_t>(sample);
-    case SampleType::kUint16:
-      return read_as<std::uint16_t>(sample);
-    case SampleType::kInt16:
-      return read_as<std::int16_t>(sample);
-    case SampleType::kUint32:
-      return read_as<std::uint32_t>(sample);
-    case SampleType::kInt32:
-      return read_as<std::int32_t>(sample);
-    case SampleType::kFloat32:
-      return read_as<float>(sample);
-    case SampleType::kFloat64:
-      return read_as<double>(sample);
-  }
-  return 0.0;
+  return visit_sample_type(type, [&]<class T>(std::type_identity<T>) { return read_as<T>(sample); });
 }
 
 }  // namespace vt::channels

@@ -72,19 +72,6 @@ OIIO::TypeDesc oiio_type(SampleType type) {
   return OIIO::TypeDesc::UNKNOWN;
 }
 
-double full_code(SampleType type) {
-  switch (type) {
-    case SampleType::kUint8:
-      return 255.0;
-    case SampleType::kUint16:
-      return 65535.0;
-    case SampleType::kUint32:
-      return 4294967295.0;
-    default:
-      return 1.0;  // signed types and floats are known to straighten_alpha()
-  }
-}
-
 // One decoder. Most formats decode from the top only, so it matters which row comes next.
 struct Input final : IdleReader {
   OIIO::ImageInput::unique_ptr decoder;
@@ -187,7 +174,7 @@ class PictureDecoder final : public CellDecoder {
     input->next_row = top + rows;
     give(std::move(input));
     if (samples_.straighten_by >= 0)
-      straighten_alpha(samples_.type, block, samples_.bands, samples_.straighten_by, full_code(samples_.type));
+      straighten_alpha(samples_.type, block, samples_.bands, samples_.straighten_by, full_scale(samples_.type));
     return block;
   }
 

@@ -33,24 +33,7 @@ void put_mask(const std::byte* in, int mask_bands, std::int64_t count, std::byte
 
 void put_mask_row(SampleType type, const std::byte* in, int mask_bands, std::int64_t count, std::byte* out, std::size_t stride) {
   const double code = covered_code(type);
-  switch (type) {
-    case SampleType::kUint8:
-      return put_mask<std::uint8_t>(in, mask_bands, count, out, stride, code);
-    case SampleType::kInt8:
-      return put_mask<std::int8_t>(in, mask_bands, count, out, stride, code);
-    case SampleType::kUint16:
-      return put_mask<std::uint16_t>(in, mask_bands, count, out, stride, code);
-    case SampleType::kInt16:
-      return put_mask<std::int16_t>(in, mask_bands, count, out, stride, code);
-    case SampleType::kUint32:
-      return put_mask<std::uint32_t>(in, mask_bands, count, out, stride, code);
-    case SampleType::kInt32:
-      return put_mask<std::int32_t>(in, mask_bands, count, out, stride, code);
-    case SampleType::kFloat32:
-      return put_mask<float>(in, mask_bands, count, out, stride, code);
-    case SampleType::kFloat64:
-      return put_mask<double>(in, mask_bands, count, out, stride, code);
-  }
+  visit_sample_type(type, [&]<class T>(std::type_identity<T>) { put_mask<T>(in, mask_bands, count, out, stride, code); });
 }
 
 class MaskedSource final : public RasterSource {

@@ -23,7 +23,8 @@ constexpr std::int64_t kHashedAtOnce = std::int64_t{1} << 20;
 
 static_assert(std::endian::native == std::endian::little, "24-bit samples and libtiff's RGBA words are taken apart as little-endian");
 
-// Most significant bit first, rows start at whole bytes, whatever the file's byte order; writers of 24-bit samples keep to that too.
+// Most significant bit first, rows start at whole bytes, whatever the file's byte order; writers of 24-bit
+// samples keep to that too.
 template <class T>
 void unpack_row(const std::byte* row, int bits, std::int64_t count, std::byte* out) {
   std::uint64_t window = 0;
@@ -239,24 +240,13 @@ void TiffDecoder::fill_sparse(std::span<std::byte> out) const {
     layout_.bits == 16 ? fill_integer(std::uint16_t{}) : fill_integer(std::uint8_t{});
     return;
   }
-  switch (layout_.sample_type) {
-    case SampleType::kUint8:
-      return fill_integer(std::uint8_t{});
-    case SampleType::kInt8:
-      return fill_integer(std::int8_t{});
-    case SampleType::kUint16:
-      return fill_integer(std::uint16_t{});
-    case SampleType::kInt16:
-      return fill_integer(std::int16_t{});
-    case SampleType::kUint32:
-      return fill_integer(std::uint32_t{});
-    case SampleType::kInt32:
-      return fill_integer(std::int32_t{});
-    case SampleType::kFloat32:
-      return fill_with(static_cast<float>(value));
-    case SampleType::kFloat64:
-      return fill_with(value);
-  }
+  visit_sample_type(layout_.sample_type, [&]<class T>(std::type_identity<T>) {
+    if constexpr (std::is_floating_point_v<T>) {
+      fill_with(static_cast<T>(value));
+    } else {
+      fill_integer(T{});
+    }
+  });
 }
 
 Result<void> TiffDecoder::decode_whole(TiffHandle& handle, std::uint32_t index, Block& out) const {
@@ -268,7 +258,8 @@ Result<void> TiffDecoder::decode_whole(TiffHandle& handle, std::uint32_t index, 
   return fail(ErrorCode::kCorrupt, handle.error().empty() ? fmt::format("the decoder gave {} of {} bytes", got, size) : handle.error());
 }
 
-// libtiff decodes a strip from its start only, so a handle that stands before the wanted row goes on from there.
+// libtiff decodes a strip from its start only, so a handle that stands before the wanted row goes on from
+// there.
 Result<void> TiffDecoder::decode_scanlines(TiffHandle& handle, std::int64_t first, std::int64_t rows, int plane, Block& out) const {
   const std::int64_t strip_start = first / layout_.block_height * layout_.block_height;
   const bool goes_on = handle.scanline_plane == plane && handle.next_scanline >= strip_start && handle.next_scanline <= first;
@@ -415,19 +406,9 @@ Block TiffDecoder::converted(Block stored, std::int64_t rows, int plane) const {
   const int kept = !layout_.planar_separate ? layout_.alpha_band : layout_.alpha_band == plane ? 0 : -1;
   if (layout_.invert) {
     const auto bands = static_cast<std::size_t>(stored_bands);
-    switch (layout_.sample_type) {
-      case SampleType::kUint8:
-        invert_codes<std::uint8_t>(samples, layout_.max_code, bands, kept);
-        break;
-      case SampleType::kUint16:
-        invert_codes<std::uint16_t>(samples, layout_.max_code, bands, kept);
-        break;
-      case SampleType::kUint32:
-        invert_codes<std::uint32_t>(samples, layout_.max_code, bands, kept);
-        break;
-      default:
-        break;
-    }
+    visit_sample_type(layout_.sample_type, [&]<class T>(std::type_identity<T>) {
+      if constexpr (std::is_unsigned_v<T>) invert_codes<T>(samples, layout_.max_code, bands, kept);
+    });
   }
   if (!layout_.palette.empty()) samples = colors_of(samples, static_cast<std::size_t>(rows * layout_.block_width));
   if (layout_.alpha_is_associated) {
@@ -493,7 +474,8 @@ std::size_t TiffDecoder::resident_bytes() const {
   if (direct_) return static_cast<std::size_t>(std::min(kMostlyWantedBytes, stored_row_bytes_ * grid_.block_height));
   const std::int64_t cell = stored_row_bytes_ * grid_.rows_per_cell + grid_.cell_bytes();
   if (rows_are_seekable_) return static_cast<std::size_t>(std::max(cell, kHashedAtOnce));
-  // libtiff holds the compressed bytes of a block whole. They may be a little more than the samples, never more than the file.
+  // libtiff holds the compressed bytes of a block whole. They may be a little more than the samples, never
+  // more than the file.
   const auto unpacked = static_cast<std::uint64_t>(stored_row_bytes_) * static_cast<std::uint64_t>(grid_.block_height);
   std::uint64_t compressed = std::min(file_->size(), unpacked + unpacked / 8);
   if (grid_.is_sequential && can_stream_) compressed = std::min(compressed, kLargestHeldStrip);
