@@ -8,6 +8,7 @@
 #include <system_error>
 #include <vector>
 
+#include "builder/source/formats/ascii_grid.h"
 #include "builder/source/picture/picture_source.h"
 #include "builder/source/tiff/geotiff_source.h"
 
@@ -35,13 +36,6 @@ bool is_hgt(const FileEvidence& file) {
   const bool has_name = name.size() >= 7 && (name[0] == 'n' || name[0] == 's') && (name[3] == 'e' || name[3] == 'w') &&
                         std::ranges::all_of(name.substr(1, 2) + name.substr(4, 3), [](unsigned char c) { return std::isdigit(c) != 0; });
   return file.suffix() == ".hgt" || (has_size && has_name);
-}
-
-bool is_ascii_grid(const FileEvidence& file) {
-  const std::string text = file.text();
-  // Headers of BIL files begin with the same words, but their first samples are elsewhere.
-  const bool is_header = file.suffix() == ".hdr" || text.find("byteorder") != std::string::npos;
-  return !is_header && (text.starts_with("ncols") || text.starts_with("nrows"));
 }
 
 bool is_grass_grid(const FileEvidence& file) {
@@ -121,7 +115,11 @@ constexpr RasterFormat kFormats[] = {
     {.name = "PNM (PBM, PGM, PPM)", .is_this = is_pnm, .suffixes = {".ppm", ".pgm", ".pbm", ".pnm"}, .open = open_as<kPnmFormat>},
 
     {.name = "SRTM height tile (HGT)", .is_this = is_hgt, .suffixes = {".hgt"}, .advice = Advice::kTranslate},
-    {.name = "ASCII grid (Arc/Info)", .is_this = is_ascii_grid, .suffixes = {".asc"}, .advice = Advice::kTranslate},
+    {.name = "Esri ASCII grid",
+     .is_this = is_ascii_grid,
+     .suffixes = {".asc"},
+     .shares_suffix = true,  // with signatures
+     .open = open_ascii_grid},
 
     {.name = "NITF", .magic = {{{0, "NITF0"sv}}}, .suffixes = {".ntf", ".nitf"}, .advice = Advice::kTranslate},
     {.name = "NSIF", .magic = {{{0, "NSIF0"sv}}}, .advice = Advice::kTranslate},

@@ -53,8 +53,6 @@ TEST_F(RasterFormatTest, WhatIsNotReadIsCalledByItsNameWhateverItsSuffix) {
       {"GRIB", "GRIB", "gdal_translate"},
       {dted, "DTED", "gdal_translate"},
       {"VOL1" + std::string(76, ' ') + "HDR1" + std::string(76, ' ') + dted, "DTED", "gdal_translate"},
-      {"ncols 4\nnrows 4\nxllcorner 0\n", "ASCII grid", "gdal_translate"},
-      {"  NCOLS 4\nNROWS 4\n", "ASCII grid", "gdal_translate"},
       {"north: 4928010\nsouth: 4913700\n", "ASCII grid", "gdal_translate"},
       {"<VRTDataset rasterXSize=\"4\"", "VRT", "gdal_translate"},
       {"<?xml version=\"1.0\"?>\n<VRTDataset>", "VRT", "gdal_translate"},
