@@ -7,6 +7,8 @@
 #include <optional>
 #include <string_view>
 
+#include "store/format/text.h"
+
 namespace vt::source {
 namespace {
 
@@ -52,23 +54,19 @@ class Profile {
   std::span<const std::byte> bytes_;
 };
 
-std::string printable(std::string text) {
-  text = text.substr(0, std::min(text.find('\0'), std::size_t{80}));
-  std::erase_if(text, [](unsigned char c) { return c < ' ' || c > '~'; });
-  return text;
-}
+std::string name_in(const std::string& text) { return store::printable(text.substr(0, std::min(text.find('\0'), std::size_t{80}))); }
 
 std::string description_of(const Profile& profile) {
   const auto tag = profile.tag("desc");
   if (!tag) return {};
-  if (tag->type == "desc") return printable(profile.text(tag->at + 12, std::min<std::size_t>(profile.number(tag->at + 8), tag->bytes)));
+  if (tag->type == "desc") return name_in(profile.text(tag->at + 12, std::min<std::size_t>(profile.number(tag->at + 8), tag->bytes)));
   if (tag->type != "mluc" || profile.number(tag->at + 8) == 0) return {};
   // The first language's text, two bytes a character.
   const std::size_t bytes = std::min<std::size_t>(profile.number(tag->at + 20), 256);
   const std::string wide = profile.text(tag->at + profile.number(tag->at + 24), bytes);
   std::string text;
   for (std::size_t i = 1; i < wide.size(); i += 2) text += wide[i];
-  return printable(text);
+  return name_in(text);
 }
 
 double srgb_light(double code) { return code <= 0.04045 ? code / 12.92 : std::pow((code + 0.055) / 1.055, 2.4); }

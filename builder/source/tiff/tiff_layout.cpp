@@ -68,7 +68,8 @@ Result<SampleKind> sample_kind(const std::string& name, std::uint16_t format, in
                         bits, format));
 }
 
-// 16-bit colour map entries hold c * 257 or c << 8; a few old writers stored c itself. The entry that means "no data" is clear.
+// 16-bit colour map entries hold c * 257 or c << 8; a few old writers stored c itself. The entry that means
+// "no data" is clear.
 Result<std::vector<std::uint32_t>> read_palette(TIFF* tiff, const std::string& name, int bits, std::optional<double> nodata) {
   std::uint16_t* red = nullptr;
   std::uint16_t* green = nullptr;
@@ -112,7 +113,8 @@ Result<void> read_blocks(TIFF* tiff, const std::string& name, TiffLayout& layout
   return {};
 }
 
-// The stored code of each band that means "no data": what the user gives, else what GDAL notes of the band, else the file's one value.
+// The stored code of each band that means "no data": what the user gives, else what GDAL notes of the band,
+// else the file's one value.
 class NodataCodes {
  public:
   NodataCodes(std::optional<double> given, const DeclaredMetadata& declared, std::optional<double> of_file)
@@ -130,8 +132,8 @@ class NodataCodes {
   std::optional<double> of_file_;
 };
 
-// Which stored band is alpha, and of which kind. GDAL's note of a band overrules the tag: it is how one says that the fourth band of an
-// aerial photograph is infrared.
+// Which stored band is alpha, and of which kind. GDAL's note of a band overrules the tag: it is how one says
+// that the fourth band of an aerial photograph is infrared.
 void read_alpha(TIFF* tiff, const DeclaredMetadata& declared, TiffLayout& layout) {
   std::uint16_t extra_count = 0;
   std::uint16_t* extra = nullptr;
@@ -149,7 +151,8 @@ void read_alpha(TIFF* tiff, const DeclaredMetadata& declared, TiffLayout& layout
   }
 }
 
-// Palette indices become colours: red, green, blue, then alpha where some entry or an alpha band can be clear.
+// Palette indices become colours: red, green, blue, then alpha where some entry or an alpha band can be
+// clear.
 Result<void> expand_palette(TIFF* tiff, const std::string& name, std::optional<double> nodata, TiffLayout& layout) {
   const bool is_index = layout.sample_type == SampleType::kUint8 || layout.sample_type == SampleType::kUint16;
   if (!is_index || layout.bits > 16) return unsupported(name, "palette indices that are not unsigned integers of up to 16 bits");
@@ -279,6 +282,66 @@ Result<std::optional<double>> read_nodata(const TiffTags& tags, TiffLayout& layo
   return nodata;
 }
 
+// How many samples there are and how they are stored, as far as single tags say it.
+Result<void> read_storage(TIFF* tiff, const TiffTags& tags, const std::string& name, TiffLayout& layout) {
+  std::uint32_t width = 0;
+  std::uint32_t height = 0;
+  std::uint16_t samples = 1;
+  std::uint16_t bits = 1;
+  std::uint16_t planar = PLANARCONFIG_CONTIG;
+  std::uint16_t fill_order = FILLORDER_MSB2LSB;
+  if (TIFFGetField(tiff, TIFFTAG_IMAGEWIDTH, &width) == 0 || TIFFGetField(tiff, TIFFTAG_IMAGELENGTH, &height) == 0 || width == 0 ||
+      height == 0) {
+    return fail(ErrorCode::kInvalidData, fmt::format("{}: the TIFF directory gives a size of {} x {}", name, width, height));
+  }
+  TIFFGetFieldDefaulted(tiff, TIFFTAG_SAMPLESPERPIXEL, &samples);
+  TIFFGetFieldDefaulted(tiff, TIFFTAG_BITSPERSAMPLE, &bits);
+  TIFFGetFieldDefaulted(tiff, TIFFTAG_PLANARCONFIG, &planar);
+  TIFFGetFieldDefaulted(tiff, TIFFTAG_FILLORDER, &fill_order);
+  TIFFGetFieldDefaulted(tiff, TIFFTAG_COMPRESSION, &layout.compression);
+  layout.width = width;
+  layout.height = height;
+  layout.samples_per_pixel = samples;
+  layout.bits = bits;
+  layout.bands = samples;
+  layout.planar_separate = planar == PLANARCONFIG_SEPARATE && samples > 1;
+  layout.fill_order_reversed = fill_order == FILLORDER_LSB2MSB;
+  layout.byte_swapped = TIFFIsByteSwapped(tiff) != 0;
+  // Known to libtiff only where the codec has one.
+  VT_ASSIGN(const std::vector<double> predictor, tags.numbers(TIFFTAG_PREDICTOR));
+  if (predictor.size() == 1) layout.predictor = static_cast<int>(std::clamp(predictor[0], 0.0, 65535.0));
+  return {};
+}
+
+// Whether samples that are stored so can be decoded at all.
+Result<void> check_storage(TIFF* tiff, const std::string& name, const TiffLayout& layout) {
+  std::uint16_t orientation = ORIENTATION_TOPLEFT;
+  TIFFGetFieldDefaulted(tiff, TIFFTAG_ORIENTATION, &orientation);
+  if (TIFFIsCODECConfigured(layout.compression) == 0) {
+    return unsupported(name,
+                       fmt::format("Compression (tag 259) is {}, {}: this libtiff cannot decode it; rewrite the file with deflate or zstd",
+                                   layout.compression, compression_name(layout.compression)));
+  }
+  if (orientation != ORIENTATION_TOPLEFT) {
+    return unsupported(name,
+                       fmt::format("Orientation (tag 274) is {}: only rows from the top and columns from the left (1) are read; turn the "
+                                   "raster and its place, or, where the tag is wrong, set it right: tiffset -s 274 1 in.tif",
+                                   orientation));
+  }
+  const int samples = layout.samples_per_pixel;
+  const int bits = layout.bits;
+  if (samples == 0 || samples > kMaxBands) return unsupported(name, fmt::format("SamplesPerPixel (tag 277) is {}", samples));
+  const bool is_bilevel = layout.compression == COMPRESSION_CCITTRLE || layout.compression == COMPRESSION_CCITTFAX3 ||
+                          layout.compression == COMPRESSION_CCITTFAX4;
+  if (is_bilevel && (bits != 1 || samples != 1))
+    return fail(ErrorCode::kInvalidData,
+                fmt::format("{}: Compression (tag 259) is {}, {}, which holds one sample of one bit; the file claims {} "
+                            "samples of {} bits and is damaged",
+                            name, layout.compression, compression_name(layout.compression), samples, bits));
+  if (layout.compression == COMPRESSION_JPEG && bits != 8) return unsupported(name, fmt::format("JPEG with {} bits a sample", bits));
+  return {};
+}
+
 }  // namespace
 
 std::int64_t TiffLayout::rows_in_block(std::int64_t block_y) const { return std::min(block_height, height - block_y * block_height); }
@@ -325,63 +388,14 @@ Result<TiffLayout> read_tiff_layout(const TiffHandle& handle, const TiffTags& ta
                                     const DeclaredMetadata& beside) {
   TIFF* tiff = handle.get();
   TiffLayout layout;
-  std::uint32_t width = 0;
-  std::uint32_t height = 0;
-  std::uint16_t samples = 1;
-  std::uint16_t bits = 1;
+  VT_CHECK(read_storage(tiff, tags, name, layout));
+  VT_CHECK(check_storage(tiff, name, layout));
   std::uint16_t format = SAMPLEFORMAT_UINT;
-  std::uint16_t planar = PLANARCONFIG_CONTIG;
-  std::uint16_t orientation = ORIENTATION_TOPLEFT;
-  std::uint16_t fill_order = FILLORDER_MSB2LSB;
-  if (TIFFGetField(tiff, TIFFTAG_IMAGEWIDTH, &width) == 0 || TIFFGetField(tiff, TIFFTAG_IMAGELENGTH, &height) == 0 || width == 0 ||
-      height == 0) {
-    return fail(ErrorCode::kInvalidData, fmt::format("{}: the TIFF directory gives a size of {} x {}", name, width, height));
-  }
-  TIFFGetFieldDefaulted(tiff, TIFFTAG_SAMPLESPERPIXEL, &samples);
-  TIFFGetFieldDefaulted(tiff, TIFFTAG_BITSPERSAMPLE, &bits);
   TIFFGetFieldDefaulted(tiff, TIFFTAG_SAMPLEFORMAT, &format);
-  TIFFGetFieldDefaulted(tiff, TIFFTAG_PLANARCONFIG, &planar);
-  TIFFGetFieldDefaulted(tiff, TIFFTAG_ORIENTATION, &orientation);
-  TIFFGetFieldDefaulted(tiff, TIFFTAG_FILLORDER, &fill_order);
-  TIFFGetFieldDefaulted(tiff, TIFFTAG_COMPRESSION, &layout.compression);
-
-  layout.width = width;
-  layout.height = height;
-  layout.samples_per_pixel = samples;
-  layout.bits = bits;
-  layout.bands = samples;
-  layout.planar_separate = planar == PLANARCONFIG_SEPARATE && samples > 1;
-  layout.fill_order_reversed = fill_order == FILLORDER_LSB2MSB;
-  layout.byte_swapped = TIFFIsByteSwapped(tiff) != 0;
-
-  // Known to libtiff only where the codec has one.
-  VT_ASSIGN(const std::vector<double> predictor, tags.numbers(TIFFTAG_PREDICTOR));
-  if (predictor.size() == 1) layout.predictor = static_cast<int>(std::clamp(predictor[0], 0.0, 65535.0));
-
-  if (TIFFIsCODECConfigured(layout.compression) == 0) {
-    return unsupported(name,
-                       fmt::format("Compression (tag 259) is {}, {}: this libtiff cannot decode it; rewrite the file with deflate or zstd",
-                                   layout.compression, compression_name(layout.compression)));
-  }
-  if (orientation != ORIENTATION_TOPLEFT) {
-    return unsupported(name,
-                       fmt::format("Orientation (tag 274) is {}: only rows from the top and columns from the left (1) are read; turn the "
-                                   "raster and its place, or, where the tag is wrong, set it right: tiffset -s 274 1 in.tif",
-                                   orientation));
-  }
-  if (samples == 0 || samples > kMaxBands) return unsupported(name, fmt::format("SamplesPerPixel (tag 277) is {}", samples));
-  const bool is_bilevel = layout.compression == COMPRESSION_CCITTRLE || layout.compression == COMPRESSION_CCITTFAX3 ||
-                          layout.compression == COMPRESSION_CCITTFAX4;
-  if (is_bilevel && (bits != 1 || samples != 1))
-    return fail(ErrorCode::kInvalidData,
-                fmt::format("{}: Compression (tag 259) is {}, {}, which holds one sample of one bit; the file claims {} "
-                            "samples of {} bits and is damaged",
-                            name, layout.compression, compression_name(layout.compression), samples, bits));
-  if (layout.compression == COMPRESSION_JPEG && bits != 8) return unsupported(name, fmt::format("JPEG with {} bits a sample", bits));
-  VT_ASSIGN(const SampleKind kind, sample_kind(name, format, bits));
+  VT_ASSIGN(const SampleKind kind, sample_kind(name, format, layout.bits));
   layout.recipe = kind.recipe;
   layout.sample_type = kind.type;
-  layout.max_code = bits >= 32 ? 4294967295.0 : static_cast<double>((std::uint64_t{1} << bits) - 1);
+  layout.max_code = layout.bits >= 32 ? 4294967295.0 : static_cast<double>((std::uint64_t{1} << layout.bits) - 1);
 
   VT_ASSIGN(const DeclaredMetadata inside, read_declared(tags, name, layout));
   const DeclaredMetadata declared = overlaid(beside, inside);
