@@ -1,4 +1,4 @@
-// What every kind of source does alike. Private to this room.
+// What every kind of source does alike. Private to this folder.
 #pragma once
 
 #include <cstddef>
@@ -39,8 +39,9 @@ void store(std::byte* place, T value) {
 [[nodiscard]] Result<void> check_request(const RasterInfo& info, const Window& window, std::span<const int> bands,
                                          std::span<const std::byte> out, std::size_t row_pitch_bytes);
 
-// Premultiplied colours to straight ones, in place: interleaved samples of `bands` bands. Rounded to the nearest code; without alpha there
-// is no colour to recover and integers become 0. `max_code` is full coverage; 1 for floating point.
+// Premultiplied colours to straight ones, in place: interleaved samples of `bands` bands. Rounded to the
+// nearest code; without alpha there is no colour to recover and integers become 0. `max_code` is full
+// coverage; 1 for floating point.
 void straighten_alpha(SampleType type, std::span<std::byte> samples, int bands, int alpha_band, double max_code);
 
 }  // namespace vt::source

@@ -1,4 +1,5 @@
-// A raster that goes once round the globe, read as one that goes on to the east and to the west. Immutable; any number of threads.
+// A raster that goes once round the globe, read as one that goes on to the east and to the west. Immutable;
+// any number of threads.
 #pragma once
 
 #include <cstdint>
@@ -10,8 +11,9 @@ namespace vt::source {
 
 class WrappedRaster final : public RasterSource {
  public:
-  // The first `period` columns of `raster`, at most all of them, come again and again. Column 0 of this is column `first_column` of the
-  // endless raster, which may be negative. The transform is moved along; all else is the raster's own.
+  // The first `period` columns of `raster`, at most all of them, come again and again. Column 0 of this is
+  // column `first_column` of the endless raster, which may be negative. The transform is moved along; all
+  // else is the raster's own.
   WrappedRaster(std::shared_ptr<const RasterSource> raster, std::int64_t period, std::int64_t first_column, std::int64_t width);
 
   using RasterSource::read;
@@ -23,7 +25,8 @@ class WrappedRaster final : public RasterSource {
   [[nodiscard]] std::uint64_t decoded_bytes() const override { return raster_->decoded_bytes(); }
 
  private:
-  // Calls use(window of the raster, first column of it in `window`) for the pieces between the seams, from west to east.
+  // Calls use(window of the raster, first column of it in `window`) for the pieces between the seams, from
+  // west to east.
   template <class Use>
   [[nodiscard]] Result<void> for_each_piece(const Window& window, const Use& use) const;
 

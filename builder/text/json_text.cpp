@@ -15,8 +15,8 @@ std::string place_of(std::string_view text, std::size_t byte) {
          std::to_string(before.size() - line_start + 1);
 }
 
-// The first bracket that opens a list or an object too deep inside others. Looks at brackets outside strings alone: a text that is no JSON
-// is for the parser to find.
+// The first bracket that opens a list or an object too deep inside others. Looks at brackets outside strings
+// alone: a text that is no JSON is for the parser to find.
 std::optional<std::size_t> first_too_deep(std::string_view text) {
   int depth = 0;
   bool in_string = false;

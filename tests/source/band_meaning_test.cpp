@@ -1,4 +1,5 @@
-// What the readers say of bands: roles, full scales, coverage, no-data values, scales and units, and what they leave unused.
+// What the readers say of bands: roles, full scales, coverage, no-data values, scales and units, and what
+// they leave unused.
 
 #include "builder/source/band_meaning.h"
 
@@ -224,7 +225,8 @@ TEST_F(BandMeaningTest, MasksInsideAndBesideAreABandMore) {
   EXPECT_EQ(pixels_of(read_all(*two)), pixels_of(std::vector<std::uint16_t>{100, 255, 200, 0, 300, 0, 400, 0}));
 }
 
-// A directory behind the first that cannot be read may be that of a mask, without which no data would count as data.
+// A directory behind the first that cannot be read may be that of a mask, without which no data would count
+// as data.
 TEST_F(BandMeaningTest, ADirectoryThatMayBeAMaskIsNotLost) {
   RawTiff masked;
   masked.page({.width = 4, .height = 1, .bits = 16, .pixels = pixels_of(std::vector<std::uint16_t>{100, 200, 300, 400})})

@@ -1,5 +1,5 @@
-// Reads a raster as the builder does: in blocks, row by row of blocks, each with an apron and from its top to its bottom in chunks of rows,
-// by several threads at once.
+// Reads a raster as the builder does: in blocks, row by row of blocks, each with an apron and from its top to
+// its bottom in chunks of rows, by several threads at once.
 #pragma once
 
 #include <gtest/gtest.h>

@@ -1,5 +1,5 @@
-// What a TIFF claims beyond what its stored bytes can hold is refused before memory or disk space is taken; what is merely compressed as
-// much as it can be is read.
+// What a TIFF claims beyond what its stored bytes can hold is refused before memory or disk space is taken;
+// what is merely compressed as much as it can be is read.
 #include "builder/source/tiff/compression_bounds.h"
 
 #include <gtest/gtest.h>
@@ -92,7 +92,8 @@ TEST(CompressionBounds, AStripThatCannotBeSoLargeIsRefusedBeforeItTakesAnything)
   }
 }
 
-// Fax compressions are of one bit and one sample: a writer's slip in either tag makes gigabytes of a few pages.
+// Fax compressions are of one bit and one sample: a writer's slip in either tag makes gigabytes of a few
+// pages.
 TEST(CompressionBounds, BilevelCompressionsHoldOneBitASample) {
   const test::TempFolder folder;
   for (const std::uint16_t compression : {COMPRESSION_CCITTRLE, COMPRESSION_CCITTFAX3, COMPRESSION_CCITTFAX4}) {

@@ -1,5 +1,5 @@
-// What a source says of its stored content: the same by read() and by hash(), changed where samples changed, and only there as far as the
-// file's blocks allow.
+// What a source says of its stored content: the same by read() and by hash(), changed where samples changed,
+// and only there as far as the file's blocks allow.
 #include <gtest/gtest.h>
 #include <tiffio.h>
 

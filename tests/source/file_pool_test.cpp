@@ -1,4 +1,5 @@
-// Many sources, few descriptors: files are closed behind the reader's back and opened again, and one that changed meanwhile is noticed.
+// Many sources, few descriptors: files are closed behind the reader's back and opened again, and one that
+// changed meanwhile is noticed.
 #include "builder/source/files/file_pool.h"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,5 @@
-// What the writer writes, the reader reads: pixels, place, CRS, nodata, alpha; and what goes wrong leaves no file.
+// What the writer writes, the reader reads: pixels, place, CRS, nodata, alpha; and what goes wrong leaves no
+// file.
 #include "builder/source/tiff/geotiff_writer.h"
 
 #include <gtest/gtest.h>

@@ -1,5 +1,5 @@
-// Pictures that are not TIFF, read in blocks by several threads: decoded once where they must be decoded from the top, tile by tile where
-// they have tiles. Written with stb and OpenEXR, not with what reads them.
+// Pictures that are not TIFF, read in blocks by several threads: decoded once where they must be decoded from
+// the top, tile by tile where they have tiles. Written with stb and OpenEXR, not with what reads them.
 #include <ImfChannelList.h>
 #include <ImfFrameBuffer.h>
 #include <ImfHeader.h>

@@ -1,5 +1,6 @@
-// Reads that the operating system refuses, one at a time: whichever it is, opening and reading a raster ends in an error that names a file,
-// or gives what an undisturbed run gives. A tag that could not be read is never taken for one that is not there.
+// Reads that the operating system refuses, one at a time: whichever it is, opening and reading a raster ends
+// in an error that names a file, or gives what an undisturbed run gives. A tag that could not be read is
+// never taken for one that is not there.
 
 #include <dlfcn.h>
 #include <gtest/gtest.h>

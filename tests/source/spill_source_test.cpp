@@ -1,5 +1,5 @@
-// Files that can only be decoded from the top, and strips wider than a block: read in blocks by several threads they give what the whole
-// image has, and are decoded once.
+// Files that can only be decoded from the top, and strips wider than a block: read in blocks by several
+// threads they give what the whole image has, and are decoded once.
 #include <gtest/gtest.h>
 
 #include <filesystem>

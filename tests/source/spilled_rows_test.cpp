@@ -1,4 +1,5 @@
-// Rows decoded once, whoever reads them in whatever order; disk space given back; a full disk said so; nothing left behind.
+// Rows decoded once, whoever reads them in whatever order; disk space given back; a full disk said so;
+// nothing left behind.
 #include "builder/source/cells/spilled_rows.h"
 
 #include <gtest/gtest.h>
@@ -143,7 +144,8 @@ TEST(SpilledRows, ReleasedRowsGiveTheirDiskSpaceBackAndCanBeReadAgain) {
   }
 }
 
-// What lies above the rows that are wanted is passed over without being kept: a build that goes on in the middle.
+// What lies above the rows that are wanted is passed over without being kept: a build that goes on in the
+// middle.
 TEST(SpilledRows, RowsAboveTheHintAreNotKept) {
   const TempFolder folder;
   const CellGrid grid = grid_of(true, 2000);

@@ -1,4 +1,5 @@
-// Strips unpacked a little at a time are what libtiff makes of them, and damage never ends in wrong rows without an error.
+// Strips unpacked a little at a time are what libtiff makes of them, and damage never ends in wrong rows
+// without an error.
 #include "builder/source/tiff/strip_stream.h"
 
 #include <gtest/gtest.h>

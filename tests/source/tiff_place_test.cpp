@@ -1,4 +1,5 @@
-// The tags that place a TIFF, written by hand: what they mean, and what is said of those that mean nothing certain.
+// The tags that place a TIFF, written by hand: what they mean, and what is said of those that mean nothing
+// certain.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -126,8 +127,8 @@ TEST_F(TiffPlaceTest, TiePointsThatPlaceNothingForCertainAreNamed) {
 // A miss is told in samples, as measured by the definition: the worst distance to the best affine map.
 TEST_F(TiffPlaceTest, TheMissOfTiePointsIsInSamples) {
   test::RawTiff tiff = test::RawTiff::grey(64, 64);
-  // Four corners of a square of 64, one of them moved by 10 units: the least squares plane leaves a quarter of it at every corner, and its
-  // samples are 10 + 5 / 64 units wide.
+  // Four corners of a square of 64, one of them moved by 10 units: the least squares plane leaves a quarter
+  // of it at every corner, and its samples are 10 + 5 / 64 units wide.
   tiff.doubles(kTies, {0, 0, 0, 0, 0, 0, 64, 0, 0, 640, 0, 0, 0, 64, 0, 0, -640, 0, 64, 64, 0, 650, -640, 0});
   EXPECT_NE(info_of(tiff).place_problem.find("by up to 0.248 samples"), std::string::npos) << info_of(tiff).place_problem;
 }

@@ -6,7 +6,6 @@
 //   kNormal  the best of five passes from three starts.
 //   kBest    all partitions of the texels along the line into four runs (cluster fit), then the codes around; no block has a larger error
 //            than kNormal's.
-//   kNormal's.
 // A block of one colour has the least possible error at every quality.
 #pragma once
 

@@ -1,5 +1,5 @@
-// What the sources of a build remember together: decoded blocks up to a number of bytes, and the content hashes of stored blocks.
-// Any number of threads and sources.
+// What the sources of a build remember together: decoded blocks up to a number of bytes, and the content
+// hashes of stored blocks. Any number of threads and sources.
 #pragma once
 
 #include <atomic>
@@ -40,8 +40,8 @@ class BlockCache {
   [[nodiscard]] Result<BlockPtr> get(const BlockKey& key, const std::function<Result<Block>()>& decode);
   [[nodiscard]] BlockPtr peek(const BlockKey& key) { return blocks_.peek(key).value_or(nullptr); }
 
-  // The hash of a stored block: tens of bytes each, kept apart so that no amount of decoding drives them out. A block is asked for again
-  // by every chunk of rows that crosses it, and a strip may be gigabytes.
+  // The hash of a stored block: tens of bytes each, kept apart so that no amount of decoding drives them out.
+  // A block is asked for again by every chunk of rows that crosses it, and a strip may be gigabytes.
   [[nodiscard]] Result<store::ContentHash> hash(const BlockKey& key, const std::function<Result<store::ContentHash>()>& make) {
     return hashes_.get(key, make);
   }

@@ -1,5 +1,5 @@
-// How an image is cut into the cells that are decoded and kept as one: a tile, a strip, or some rows of either when it is too large to be
-// held at once. Plain values.
+// How an image is cut into the cells that are decoded and kept as one: a tile, a strip, or some rows of
+// either when it is too large to be held at once. Plain values.
 #pragma once
 
 #include <algorithm>
@@ -28,7 +28,8 @@ struct CellGrid {
   [[nodiscard]] std::int64_t row_bytes() const { return block_width * stride; }  // of a cell
   [[nodiscard]] std::int64_t cell_bytes() const { return row_bytes() * rows_per_cell; }
 
-  // Cells count from the top; those of one block follow each other. In the last block some may lie below the raster, without rows.
+  // Cells count from the top; those of one block follow each other. In the last block some may lie below the
+  // raster, without rows.
   [[nodiscard]] std::int64_t cell_of_row(std::int64_t row) const {
     return row / block_height * cells_per_block() + row % block_height / rows_per_cell;
   }
@@ -47,7 +48,8 @@ class CellDecoder {
  public:
   virtual ~CellDecoder() = default;
   [[nodiscard]] virtual const CellGrid& grid() const = 0;
-  // cell_rows x block_width samples of one plane, bands interleaved. In any order, but see CellGrid::is_sequential for the price.
+  // cell_rows x block_width samples of one plane, bands interleaved. In any order, but see
+  // CellGrid::is_sequential for the price.
   [[nodiscard]] virtual Result<Block> decode_cell(std::int64_t cell_x, std::int64_t cell_y, int plane) const = 0;
 };
 

@@ -1,12 +1,14 @@
-// Decoded cells of one image on their way to the readers: kept in the shared cache, or in a scratch file where the cache would make them be
-// decoded again and again. Any number of threads.
+// Decoded cells of one image on their way to the readers: kept in the shared cache, or in a scratch file
+// where the cache would make them be decoded again and again. Any number of threads.
 //
-// Blocks of texels are read one beside the other, each from its top to its bottom, by several threads. Tiles and narrow strips serve one
-// or two such blocks at about the same time, so the cache is enough. Two kinds of cells go to the scratch file, when there is one:
+// Blocks of texels are read one beside the other, each from its top to its bottom, by several threads. Tiles
+// and narrow strips serve one or two such blocks at about the same time, so the cache is enough. Two kinds of
+// cells go to the scratch file, when there is one:
 //   - rows that can only be decoded from the top of a strip or picture: every further block would start over;
 //   - strips wider than kOneBlockColumns of an image that does not fit into half of the cache: every block in a row of blocks would decode
 //     all of them again.
-// Strips and pictures that are small beside the cache (largest_cell_bytes()) are one cell, decoded whole, and belong to neither kind.
+// Strips and pictures that are small beside the cache (largest_cell_bytes()) are one cell, decoded whole, and
+// belong to neither kind.
 #pragma once
 
 #include <cstddef>
@@ -23,22 +25,24 @@
 
 namespace vt::source {
 
-// Up to this size a strip or a picture is worth keeping decoded as one cell: an eighth of the cache, so that several threads and sources
-// find room, but never more than 16 MiB.
+// Up to this size a strip or a picture is worth keeping decoded as one cell: an eighth of the cache, so that
+// several threads and sources find room, but never more than 16 MiB.
 [[nodiscard]] std::int64_t largest_cell_bytes(const BlockCache& cache);
 // Larger ones are cut into cells of this many rows of `row_bytes`.
 [[nodiscard]] std::int64_t rows_of_cut_cell(const BlockCache& cache, std::int64_t row_bytes);
 
 class CellStore {
  public:
-  // A block of texels with its apron, which the builder reads at one time: 4096 texels and kernels at both sides.
+  // A block of texels with its apron, which the builder reads at one time: 4096 texels and kernels at both
+  // sides.
   static constexpr std::int64_t kOneBlockColumns = 4608;
 
   // `decoder` outlives this. `scratch` may be null.
   CellStore(const CellDecoder& decoder, std::shared_ptr<BlockCache> cache, const std::shared_ptr<ScratchFile>& scratch);
 
-  // Calls use(samples at the part's first column, bytes from row to row, part) for parts that cover the window of one plane. The part
-  // counts in the raster. `may_skip_cache`: cells that lie in the window whole will hardly be asked for again.
+  // Calls use(samples at the part's first column, bytes from row to row, part) for parts that cover the
+  // window of one plane. The part counts in the raster. `may_skip_cache`: cells that lie in the window whole
+  // will hardly be asked for again.
   template <class Use>
   [[nodiscard]] Result<void> visit(int plane, bool may_skip_cache, const Window& window, const Use& use) const;
 

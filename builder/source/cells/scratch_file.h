@@ -1,5 +1,5 @@
-// Room on a disk for samples that are decoded once and read more often, shared by the sources of a build. A file without a name: nothing of
-// it stays, however the program ends. Any number of threads.
+// Room on a disk for samples that are decoded once and read more often, shared by the sources of a build. A
+// file without a name: nothing of it stays, however the program ends. Any number of threads.
 #pragma once
 
 #include <atomic>
@@ -15,14 +15,16 @@ namespace vt::source {
 
 class ScratchFile {
  public:
-  // In this folder, made when it is first needed. With `most_bytes`, more than that at once is an error as if the disk were full.
+  // In this folder, made when it is first needed. With `most_bytes`, more than that at once is an error as if
+  // the disk were full.
   explicit ScratchFile(std::filesystem::path folder, std::uint64_t most_bytes = UINT64_MAX)
       : folder_(std::move(folder)), most_bytes_(most_bytes) {}
   ScratchFile(const ScratchFile&) = delete;
   ScratchFile& operator=(const ScratchFile&) = delete;
   ~ScratchFile();
 
-  // A range that nobody else has, starting on a page. It takes no room before it is written, and only release() gives that back.
+  // A range that nobody else has, starting on a page. It takes no room before it is written, and only
+  // release() gives that back.
   [[nodiscard]] Result<std::uint64_t> reserve(std::uint64_t bytes);
   // kIo: names the folder, says when it is full.
   [[nodiscard]] Result<void> write(std::uint64_t offset, std::span<const std::byte> bytes);

@@ -1,5 +1,5 @@
-// Values that are dear to make, kept while they are used: the most recently used ones up to a budget, and at least one. Any number of
-// threads. Two threads that want the same value make it once; the second waits.
+// Values that are dear to make, kept while they are used: the most recently used ones up to a budget, and at
+// least one. Any number of threads. Two threads that want the same value make it once; the second waits.
 #pragma once
 
 #include <condition_variable>

@@ -84,7 +84,8 @@ Result<void> SpilledRows::make(std::int64_t cell) {
 
 Result<void> SpilledRows::make_in_order(std::int64_t wanted) {
   const std::scoped_lock in_order(order_);
-  // From the first cell of the block that was never decoded: what is passed over now need not be decoded again for those who come later.
+  // From the first cell of the block that was never decoded: what is passed over now need not be decoded
+  // again for those who come later.
   const std::int64_t block_first = wanted - wanted % grid_.cells_per_block();
   std::int64_t cell = wanted;
   {

@@ -1,8 +1,9 @@
-// Rows of one plane of an image that are decoded once and then read from a scratch file: for cells that can only be decoded in order, or
-// that are wider than what one reader wants of them. Leaves the decoding to a CellDecoder. Any number of threads.
+// Rows of one plane of an image that are decoded once and then read from a scratch file: for cells that can
+// only be decoded in order, or that are wider than what one reader wants of them. Leaves the decoding to a
+// CellDecoder. Any number of threads.
 //
-// Sequential cells are decoded by one thread at a time, forward, as far as they are asked for. Rows that were released are decoded again
-// when somebody wants them after all; nothing but time depends on the hint.
+// Sequential cells are decoded by one thread at a time, forward, as far as they are asked for. Rows that were
+// released are decoded again when somebody wants them after all; nothing but time depends on the hint.
 #pragma once
 
 #include <condition_variable>
@@ -39,7 +40,8 @@ class SpilledRows {
   // Gives scratch space back, but for a few rows that readers with an apron may still want.
   void release_rows_before(std::int64_t row);
 
-  // Rows that stay before the row of the hint: more than any resampling kernel reaches, for warps that bulge a little.
+  // Rows that stay before the row of the hint: more than any resampling kernel reaches, for warps that bulge
+  // a little.
   static constexpr std::int64_t kKeptRows = 256;
 
  private:

@@ -1,5 +1,5 @@
-// A file that is read at any offset, by any number of threads. It is known by what it was when it was first opened; its descriptor is lent
-// by a FilePool, which may close it between two reads.
+// A file that is read at any offset, by any number of threads. It is known by what it was when it was first
+// opened; its descriptor is lent by a FilePool, which may close it between two reads.
 #pragma once
 
 #include <cstddef>
@@ -13,14 +13,14 @@
 
 namespace vt::source {
 
-// kIo unless there is a regular file under this path, or a link to one: whoever opens anything else may wait for ever. The message names
-// the file and what it is.
+// kIo unless there is a regular file under this path, or a link to one: whoever opens anything else may wait
+// for ever. The message names the file and what it is.
 [[nodiscard]] Result<void> check_regular_file(const std::filesystem::path& path);
 
 class FileBytes {
  public:
-  // Without a pool the file makes one of its own. kIo: the system refuses it, or it is no regular file; a pipe or a device is not waited
-  // for.
+  // Without a pool the file makes one of its own. kIo: the system refuses it, or it is no regular file; a
+  // pipe or a device is not waited for.
   [[nodiscard]] static Result<std::shared_ptr<const FileBytes>> open(const std::filesystem::path& path,
                                                                      std::shared_ptr<FilePool> pool = nullptr);
   ~FileBytes();
@@ -31,12 +31,14 @@ class FileBytes {
   [[nodiscard]] std::uint64_t size() const { return identity_.size; }  // when it was opened
   [[nodiscard]] const std::shared_ptr<FilePool>& pool() const { return pool_; }
 
-  // Reads up to out.size() bytes; less at the end of the file. kIo: the operating system refused, or the file is another one than when it
-  // was opened.
+  // Reads up to out.size() bytes; less at the end of the file. kIo: the operating system refused, or the file
+  // is another one than when it was opened.
   [[nodiscard]] Result<std::size_t> read_some(std::uint64_t offset, std::span<std::byte> out) const;
-  // Asks the system to begin reading this part from the disk, so that a later read need not wait. A hint: does not wait, cannot fail.
+  // Asks the system to begin reading this part from the disk, so that a later read need not wait. A hint:
+  // does not wait, cannot fail.
   void expect(std::uint64_t offset, std::uint64_t bytes) const;
-  // kIo when the file under this path is no longer the one that was opened: for readers that open it by its path.
+  // kIo when the file under this path is no longer the one that was opened: for readers that open it by its
+  // path.
   [[nodiscard]] Result<void> check_unchanged() const;
 
  private:

@@ -1,5 +1,5 @@
-// What the sources of a build hold open together: a bounded number of descriptors and of idle decoders, whatever the number of files.
-// Any number of threads and files.
+// What the sources of a build hold open together: a bounded number of descriptors and of idle decoders,
+// whatever the number of files. Any number of threads and files.
 #pragma once
 
 #include <cstddef>
@@ -23,7 +23,8 @@ class FilePool {
   FilePool& operator=(const FilePool&) = delete;
   ~FilePool() = default;
 
-  // 256, or a quarter of the process's own limit where that is less: other parts of the program open files too.
+  // 256, or a quarter of the process's own limit where that is less: other parts of the program open files
+  // too.
   [[nodiscard]] static std::size_t default_limit();
   [[nodiscard]] std::size_t open_descriptors() const;  // now; threads in the middle of a read may push it above the limit
   [[nodiscard]] ReaderPool& readers() { return readers_; }
@@ -31,7 +32,7 @@ class FilePool {
  private:
   friend class FileBytes;
 
-  // Of one file; lies in its FileBytes, guarded by mutex_.
+  // The descriptor of one file; lies in its FileBytes, guarded by mutex_.
   struct Slot {
     int descriptor = -1;
     int users = 0;                        // threads reading from it
@@ -39,7 +40,8 @@ class FilePool {
   };
   // Counts the caller among the users. -1: the file is not open.
   [[nodiscard]] int acquire(Slot& slot);
-  // The file has been opened for the caller, who becomes a user; another thread may have been faster. Returns the descriptor to use.
+  // The file has been opened for the caller, who becomes a user; another thread may have been faster. Returns
+  // the descriptor to use.
   [[nodiscard]] int adopt(Slot& slot, int descriptor);
   void release(Slot& slot);
   void forget(Slot& slot);

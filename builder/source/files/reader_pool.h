@@ -1,5 +1,6 @@
-// Decoders that stand somewhere in a file, kept idle for whoever reads that file next: they are dear to make, and large. At most so many
-// for all sources of a build; the one idle longest goes first. Any number of threads.
+// Decoders that stand somewhere in a file, kept idle for whoever reads that file next: they are dear to make,
+// and large. At most so many for all sources of a build; the one idle longest goes first. Any number of
+// threads.
 #pragma once
 
 #include <cstddef>
@@ -22,8 +23,8 @@ class ReaderPool {
  public:
   explicit ReaderPool(std::size_t most_idle) : most_idle_(most_idle) {}
 
-  // The owner's reader with the highest score, the most recently used of equals; null when none is idle. The lock is held while `score`
-  // runs.
+  // The owner's reader with the highest score, the most recently used of equals; null when none is idle. The
+  // lock is held while `score` runs.
   [[nodiscard]] std::unique_ptr<IdleReader> take(const void* owner, const std::function<double(const IdleReader&)>& score);
   void give(const void* owner, std::unique_ptr<IdleReader> reader);
   void forget(const void* owner);  // closes what it left here

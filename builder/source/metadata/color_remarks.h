@@ -1,5 +1,5 @@
-// Colour information that a file carries and that is not used: colours are taken for sRGB, whatever a file says. Private to this
-// room.
+// Colour information that a file carries and that is not used: colours are taken for sRGB, whatever a file
+// says. Private to this folder.
 #pragma once
 
 #include <array>
@@ -19,7 +19,8 @@ namespace vt::source {
 [[nodiscard]] UnusedFact unused_inks();
 // Nothing for a profile that says sRGB.
 void note_profile(std::span<const std::byte> profile, std::vector<UnusedFact>& unused);
-// x and y of white, red, green and blue. Nothing when they are those of sRGB. `name` is what the file calls them.
+// x and y of white, red, green and blue. Nothing when they are those of sRGB. `name` is what the file calls
+// them.
 void note_primaries(const std::array<double, 8>& xy, const std::string& name, std::vector<UnusedFact>& unused);
 // kIo, kInvalidData: a tag cannot be had.
 [[nodiscard]] Result<void> note_tiff_colors(const TiffTags& tags, std::vector<UnusedFact>& unused);

@@ -1,4 +1,5 @@
-// What GDAL notes about a raster in XML: in the TIFF tag 42112 and in NAME.aux.xml beside a file of any format. Reading only.
+// What GDAL notes about a raster in XML: in the TIFF tag 42112 and in NAME.aux.xml beside a file of any
+// format. Reading only.
 #pragma once
 
 #include <map>
@@ -30,11 +31,12 @@ struct DeclaredMetadata {
 // The text of NAME.aux.xml. Errors likewise.
 [[nodiscard]] Result<DeclaredMetadata> parse_aux_xml(std::string_view xml);
 
-// A no-data value as GDAL writes it: a decimal number, or "nan" and "inf" in the spellings of several C libraries. Empty: none of these.
+// A no-data value as GDAL writes it: a decimal number, or "nan" and "inf" in the spellings of several C
+// libraries. Empty: none of these.
 [[nodiscard]] std::optional<double> parse_nodata(std::string_view text);
 
-// NAME.aux.xml beside the raster: what it declares, and empty when there is none. `info` (whose path is set) is told that it was read, and
-// what it holds that is not used. kIo, kInvalidData.
+// NAME.aux.xml beside the raster: what it declares, and empty when there is none. `info` (whose path is set)
+// is told that it was read, and what it holds that is not used. kIo, kInvalidData.
 [[nodiscard]] Result<DeclaredMetadata> read_aux_xml(RasterInfo& info);
 
 // All that `upper` declares, and of the rest what `lower` declares.

@@ -1,4 +1,5 @@
-// Numbers of the TIFF tags that libtiff does not know: OGC 19-008r4 and GDAL's own. Private to this room.
+// Numbers of the TIFF tags that libtiff does not know: OGC 19-008r4 and GDAL's own. Private to
+// builder/source.
 #pragma once
 
 #include <cstdint>

@@ -1,5 +1,5 @@
-// One TIFF directory's entries as the file has them, for the tags that libtiff does not know: found by number, checked against the file,
-// converted.
+// One TIFF directory's entries as the file has them, for the tags that libtiff does not know: found by
+// number, checked against the file, converted.
 #pragma once
 
 #include <cstdint>
@@ -14,16 +14,19 @@ namespace vt::source {
 
 class TiffTags {
  public:
-  // `offset` of the directory in the file. kInvalidData: it does not fit into the file. kIo: it cannot be read.
+  // `offset` of the directory in the file. kInvalidData: it does not fit into the file. kIo: it cannot be
+  // read.
   [[nodiscard]] static Result<TiffTags> read(std::shared_ptr<const FileBytes> file, std::uint64_t offset);
 
   [[nodiscard]] bool has(std::uint16_t tag) const { return find(tag) != nullptr; }
-  // Values of an integer, fraction or floating-point tag; empty when the tag is absent. A tag that is there but cannot be had is an error,
-  // never an absent tag: kIo the file cannot be read, kInvalidData it is of another type, too long, or points out of the file.
+  // Values of an integer, fraction or floating-point tag; empty when the tag is absent. A tag that is there
+  // but cannot be had is an error, never an absent tag: kIo the file cannot be read, kInvalidData it is of
+  // another type, too long, or points out of the file.
   [[nodiscard]] Result<std::vector<double>> numbers(std::uint16_t tag) const;
   // Without closing NULs. Errors as of numbers().
   [[nodiscard]] Result<std::string> text(std::uint16_t tag) const;
-  // Type, count and the values as they are stored; that it is absent also counts, and so does that its values lie outside the file. kIo.
+  // Type, count and the values as they are stored; that it is absent also counts, and so does that its values
+  // lie outside the file. kIo.
   [[nodiscard]] Result<void> feed(std::uint16_t tag, store::ContentHasher& content) const;
   [[nodiscard]] bool is_big_endian() const { return big_endian_; }
 

@@ -47,7 +47,8 @@ Result<std::optional<geo::GeoTransform>> read_world_file(const std::filesystem::
                     fmt::format("{}: a world file holds six numbers; found \"{}\"", path.string(), word.substr(0, 40)));
       }
     }
-    // The file counts from the centre of the first sample: x step, y per column, x per row, y step, centre x, centre y.
+    // The file counts from the centre of the first sample: x step, y per column, x per row, y step, centre x,
+    // centre y.
     const auto [x_column, y_column, x_row, y_row, centre_x, centre_y] = numbers;
     geo::GeoTransform transform{.x0 = centre_x - 0.5 * (x_column + x_row),
                                 .x_column = x_column,

@@ -150,8 +150,8 @@ class GeoTiffSource final : public RasterSource {
     });
   }
 
-  // Uncompressed files: straight from the file, the operating system's cache is the cache. Calls use(rectangle in a block, its first row
-  // and column in the raster) for pieces of about kBytesAtOnce.
+  // Uncompressed files: straight from the file, the operating system's cache is the cache. Calls
+  // use(rectangle in a block, its first row and column in the raster) for pieces of about kBytesAtOnce.
   template <class Use>
   Result<void> for_each_rect(const PlanePicks& plane, const Window& window, const Use& use) const {
     const TiffLayout& layout = image_->layout();

@@ -1,4 +1,4 @@
-// GeoTIFF as a RasterSource. Private to this room: open_raster() is the way in.
+// GeoTIFF as a RasterSource. open_raster() is the way in.
 #pragma once
 
 #include <memory>

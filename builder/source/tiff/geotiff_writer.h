@@ -1,5 +1,5 @@
-// Writes georeferenced TIFFs row by row: the inverse of the reader for what it covers. BigTIFF is chosen by itself when the data may pass 4
-// GB.
+// Writes georeferenced TIFFs row by row: the inverse of the reader for what it covers. BigTIFF is chosen by
+// itself when the data may pass 4 GB.
 #pragma once
 
 #include <cstddef>

@@ -32,7 +32,8 @@ void undo_horizontal(std::span<std::byte> row, int bits, std::size_t samples) {
   }
 }
 
-// TIFF Technical Note 3: byte differences over the row's most significant bytes, then the next ones, and so on.
+// TIFF Technical Note 3: byte differences over the row's most significant bytes, then the next ones, and so
+// on.
 void undo_floating_point(std::span<std::byte> row, int bits, std::size_t samples, std::vector<std::byte>& planes) {
   add_up<std::uint8_t>(row, samples);
   planes.assign(row.begin(), row.end());

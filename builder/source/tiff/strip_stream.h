@@ -1,6 +1,7 @@
-// Unpacks one compressed strip from its start, row by row, with a small piece of its stored bytes at a time: libtiff reads all of them
-// first, and a strip may be as large as the file. For the lossless compressions of large rasters: deflate, LZW and zstd, with their
-// predictors. A stream belongs to one thread at a time; StripStreamPool lends them out.
+// Unpacks one compressed strip from its start, row by row, with a small piece of its stored bytes at a time:
+// libtiff reads all of them first, and a strip may be as large as the file. For the lossless compressions of
+// large rasters: deflate, LZW and zstd, with their predictors. A stream belongs to one thread at a time;
+// StripStreamPool lends them out.
 #pragma once
 
 #include <cstddef>

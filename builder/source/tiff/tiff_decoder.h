@@ -1,6 +1,7 @@
-// Cells of one TIFF directory as samples of ours: bits widened, palette expanded, MinIsWhite inverted, alpha made straight.
-// A cell is a tile or a strip, or some rows of one that is too large to be held at once: uncompressed blocks and compressed strips of any
-// size are cut, only a compressed tile can be refused for its size (kMaxCellBytes). Any number of threads.
+// Cells of one TIFF directory as samples of ours: bits widened, palette expanded, MinIsWhite inverted, alpha
+// made straight. A cell is a tile or a strip, or some rows of one that is too large to be held at once:
+// uncompressed blocks and compressed strips of any size are cut, only a compressed tile can be refused for
+// its size (kMaxCellBytes). Any number of threads.
 #pragma once
 
 #include <atomic>
@@ -19,8 +20,9 @@ namespace vt::source {
 
 class TiffDecoder final : public CellDecoder {
  public:
-  // `fingerprint`: of the directory's tags that decoding depends on, see decode_fingerprint(). `handle` stands at the directory and is kept
-  // for the first reader. `cache`: where the cells will be kept, which decides how large they may be.
+  // `fingerprint`: of the directory's tags that decoding depends on, see decode_fingerprint(). `handle`
+  // stands at the directory and is kept for the first reader. `cache`: where the cells will be kept, which
+  // decides how large they may be.
   [[nodiscard]] static Result<std::unique_ptr<TiffDecoder>> create(std::unique_ptr<TiffHandle> handle,
                                                                    std::shared_ptr<const FileBytes> file, std::uint16_t directory,
                                                                    TiffLayout layout, const store::ContentHash& fingerprint,
@@ -36,14 +38,16 @@ class TiffDecoder final : public CellDecoder {
   // Bytes of samples decoded so far, those that were only passed over included.
   [[nodiscard]] std::uint64_t decoded_bytes() const { return decoded_bytes_.load(std::memory_order_relaxed); }
 
-  // Stored pieces, known again by their hash: whole blocks of compressed files, single cells where rows can be found in the file.
+  // Stored pieces, known again by their hash: whole blocks of compressed files, single cells where rows can
+  // be found in the file.
   [[nodiscard]] std::int64_t cells_per_piece() const { return rows_are_seekable_ ? 1 : grid_.cells_per_block(); }
   [[nodiscard]] std::int64_t first_cell_of_piece(std::int64_t cell_y) const { return cell_y - cell_y % cells_per_piece(); }
-  // Of the piece that begins with this cell. Reads all its stored bytes, a little at a time. A block that was never written has the hash
-  // of 16 zeros.
+  // The hash of the piece that begins with this cell. Reads all its stored bytes, a little at a time. A block
+  // that was never written has the hash of 16 zeros.
   [[nodiscard]] Result<store::ContentHash> hash_piece(std::int64_t cell_x, std::int64_t cell_y, int plane) const;
 
-  // Samples lie in the file as we want them, but for byte order: rows can be read from any place without a cell around them.
+  // Samples lie in the file as we want them, but for byte order: rows can be read from any place without a
+  // cell around them.
   [[nodiscard]] bool is_direct() const { return direct_; }
   // A rectangle inside one block, tightly packed. Only when is_direct().
   struct BlockRect {

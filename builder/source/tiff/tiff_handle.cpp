@@ -93,8 +93,8 @@ Result<std::unique_ptr<TiffHandle>> TiffHandle::open(std::shared_ptr<const FileB
   TIFFOpenOptionsSetMaxSingleMemAlloc(options.get(), static_cast<tmsize_t>(kMaxTiffAllocation));
   TIFFOpenOptionsSetErrorHandlerExtR(options.get(), &TiffHandle::on_error, handle.get());
   TIFFOpenOptionsSetWarningHandlerExtR(options.get(), &TiffHandle::on_warning, handle.get());
-  // m: no memory map. D, O: offsets and byte counts of blocks are read when asked for, so that opening costs the same for any file.
-  // c: a single strip stays one strip; we read parts of it ourselves.
+  // m: no memory map. D, O: offsets and byte counts of blocks are read when asked for, so that opening costs
+  // the same for any file. c: a single strip stays one strip; we read parts of it ourselves.
   handle->tiff_ = TIFFClientOpenExt(
       name.c_str(), "rmDOc", handle.get(), &TiffHandle::on_read, [](thandle_t, void*, tmsize_t) -> tmsize_t { return 0; },
       &TiffHandle::on_seek, [](thandle_t) { return 0; }, &TiffHandle::on_size, [](thandle_t, void**, toff_t*) { return 0; },

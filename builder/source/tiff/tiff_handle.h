@@ -1,5 +1,6 @@
-// One libtiff reader over a shared file, with its own error channel: nothing is printed, nothing is memory-mapped, no global handler is
-// touched. A handle belongs to one thread at a time; TiffHandlePool lends them out.
+// One libtiff reader over a shared file, with its own error channel: nothing is printed, nothing is
+// memory-mapped, no global handler is touched. A handle belongs to one thread at a time; TiffHandlePool lends
+// them out.
 #pragma once
 
 #include <tiffio.h>
@@ -23,14 +24,15 @@ class TiffHandle final : public IdleReader {
 
   [[nodiscard]] TIFF* get() const { return tiff_; }
 
-  // What libtiff said since clear_messages(). Damaged JPEG and fax streams are only warnings to their decoders,
-  // which invent the missing samples; here they count as errors.
+  // What libtiff said since clear_messages(). Damaged JPEG and fax streams are only warnings to their
+  // decoders, which invent the missing samples; here they count as errors.
   [[nodiscard]] const std::string& error() const { return error_; }
   [[nodiscard]] bool saw_damage() const { return saw_damage_; }
   void clear_messages();
   // Why the operating system did not give the file's bytes, when that is the cause of a failure.
   [[nodiscard]] const std::optional<Error>& io_error() const { return io_error_; }
-  // A table of block offsets or sizes had fewer entries than there are blocks; libtiff made up zeros. Never cleared.
+  // A table of block offsets or sizes had fewer entries than there are blocks; libtiff made up zeros. Never
+  // cleared.
   [[nodiscard]] bool saw_short_tables() const { return saw_short_tables_; }
 
   // Sequential decoding of one huge strip: which row comes next without starting over. -1: none.
@@ -90,7 +92,8 @@ class TiffHandlePool {
 // Samples of 16, 24, 32 or 64 bits to the other byte order, in place.
 void swap_samples(int bits, std::span<std::byte> bytes);
 
-// Largest single allocation that libtiff may make on behalf of a file: compressed bytes of one block, and tables.
+// Largest single allocation that libtiff may make on behalf of a file: compressed bytes of one block, and
+// tables.
 inline constexpr std::uint64_t kMaxTiffAllocation = std::uint64_t{1} << 30;
 
 }  // namespace vt::source

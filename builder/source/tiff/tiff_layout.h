@@ -1,4 +1,5 @@
-// What one TIFF directory says about its samples, checked. No pixel is touched here; the place on the Earth is in tiff_place.h.
+// What one TIFF directory says about its samples, checked. No pixel is touched here; the place on the Earth
+// is in tiff_place.h.
 #pragma once
 
 #include <cstdint>
@@ -61,12 +62,13 @@ struct TiffLayout {
 // A short name for reports, "compression 65000" for what we have never heard of.
 [[nodiscard]] std::string compression_name(std::uint16_t compression);
 
-// kUnsupported names the tag and the value that we do not read; kIo and kInvalidData as of TiffTags. Of `options`, what concerns samples
-// (nodata, as_numbers); `beside`: what a file beside the TIFF declares, which goes before what the TIFF does.
+// kUnsupported names the tag and the value that we do not read; kIo and kInvalidData as of TiffTags. Of
+// `options`, what concerns samples (nodata, as_numbers); `beside`: what a file beside the TIFF declares,
+// which goes before what the TIFF does.
 [[nodiscard]] Result<TiffLayout> read_tiff_layout(const TiffHandle& handle, const TiffTags& tags, const std::string& name,
                                                   const OpenOptions& options, const DeclaredMetadata& beside);
-// Of everything in the directory that the meaning of the stored bytes depends on: sizes, sample format, compression and its tables,
-// colours. kIo.
+// The hash of everything in the directory that the meaning of the stored bytes depends on: sizes, sample
+// format, compression and its tables, colours. kIo.
 [[nodiscard]] Result<store::ContentHash> decode_fingerprint(const TiffTags& tags);
 
 }  // namespace vt::source

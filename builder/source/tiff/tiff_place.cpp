@@ -45,8 +45,8 @@ double worst_miss(const std::vector<TiePoint>& points, const geo::GeoTransform& 
   return std::isfinite(worst) ? worst : INFINITY;
 }
 
-// The affine map with the least squared error; nullopt when the points lie on one line. Sums about the means in extended precision: points
-// that lie exactly on a grid give exactly that grid.
+// The affine map with the least squared error; nullopt when the points lie on one line. Sums about the means
+// in extended precision: points that lie exactly on a grid give exactly that grid.
 std::optional<geo::GeoTransform> fitted(const std::vector<TiePoint>& points) {
   std::array<long double, 4> mean{};
   for (const TiePoint& p : points) {

@@ -1,4 +1,5 @@
-// What one TIFF directory says about its place on the Earth: GeoKeys, and the tags that map samples to coordinates. Private to this room.
+// What one TIFF directory says about its place on the Earth: GeoKeys, and the tags that map samples to
+// coordinates. Private to this folder.
 #pragma once
 
 #include <optional>
@@ -18,7 +19,8 @@ struct TiffPlace {
   std::string problem;  // why there is none although the tags try to give one, and what to do
   std::vector<UnusedFact> unused;
   geo::GeoKeyMeaning keys;
-  // Of the values where they are heights: value = offset + scale * sample, from the third numbers of pixel scale and tie point.
+  // The values, where they are heights, are offset + scale * sample: from the third numbers of pixel scale
+  // and tie point.
   std::optional<double> height_scale;
   std::optional<double> height_offset;
 };
