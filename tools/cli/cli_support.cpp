@@ -25,6 +25,7 @@
 
 #include "store/format/text.h"
 #include "store/io/mapping.h"
+#include "tools/cli/setting_names.h"
 
 namespace vt::cli {
 
@@ -80,9 +81,15 @@ Result<void> parse_list(std::string_view text, std::string_view option, std::str
   return {};
 }
 
-int report(std::string_view program, const Error& error) {
-  print_note(program, error.message);
+int report(const CLI::App& app, const Error& error) {
+  print_note(app.get_name(), with_flags(error.message, running_command(app)));
   return exit_code(error.code);
+}
+
+// "vtbuild layer": what is typed before options.
+std::string command_line_of(const CLI::App& app) {
+  const CLI::App& command = running_command(app);
+  return &command == &app ? app.get_name() : app.get_name() + " " + command.get_name();
 }
 
 }  // namespace
@@ -133,11 +140,11 @@ int run_main(CLI::App& app, int argc, const char* const* argv, const std::functi
         flush_output();
         return 0;
       }
-      print_note(program, fmt::format("{}\nRun `{} --help` to see what is accepted.", error.what(), program));
+      print_note(program, fmt::format("{}\nRun `{} --help` to see what is accepted.", error.what(), command_line_of(app)));
       return kUsageExit;
     }
     const Result<int> result = command();
-    const int code = result ? *result : report(program, result.error());
+    const int code = result ? *result : report(app, result.error());
     flush_output();
     return code;
   } catch (const OutputFailed& failure) {
@@ -146,14 +153,14 @@ int run_main(CLI::App& app, int argc, const char* const* argv, const std::functi
     }
     return kIoExit;
   } catch (const std::bad_alloc&) {
-    return report(program,
+    return report(app,
                   {ErrorCode::kIo, "not enough memory; a smaller --memory, where there is one, or a smaller part at a time needs less"});
   } catch (const std::system_error& error) {
-    return report(program, {ErrorCode::kIo, fmt::format("the system refused something that is needed: {}", error.what())});
+    return report(app, {ErrorCode::kIo, fmt::format("the system refused something that is needed: {}", error.what())});
   } catch (const std::exception& error) {
-    return report(program, {ErrorCode::kInternal, fmt::format("internal error, please report it: {}", error.what())});
+    return report(app, {ErrorCode::kInternal, fmt::format("internal error, please report it: {}", error.what())});
   } catch (...) {
-    return report(program, {ErrorCode::kInternal, "internal error, please report it: unknown exception"});
+    return report(app, {ErrorCode::kInternal, "internal error, please report it: unknown exception"});
   }
 }
 

@@ -9,31 +9,34 @@
 #include "builder/pipeline/blocks/dataset_store.h"
 #include "builder/pipeline/build/build_memory.h"
 #include "builder/pipeline/parallel/parallel.h"
+#include "tools/cli/setting_names.h"
 #include "tools/vtbuild/print_plan.h"
 #include "tools/vtbuild/print_report.h"
 
 namespace vt::tools {
 
-void BuildFlags::add_to(CLI::App& command) {
-  command.add_option("--threads", threads, "worker threads (default: one per processor)")->check(CLI::Range(1, 1024));
-  command.add_option("--memory", memory, "most memory to use, for example 512M or 2G")->capture_default_str();
-  command.add_option("--progress", progress, "auto (a bar on a terminal, lines elsewhere), plain or none")->capture_default_str();
-  command
-      .add_option("--checkpoint", checkpoint_seconds,
-                  "seconds between checkpoints; at most this much work is lost when the program is killed")
+void BuildFlags::add_to(CLI::App& app) {
+  command = &app;
+  app.add_option("--threads", threads, "worker threads (default: one per processor)")->check(CLI::Range(1, 1024));
+  app.add_option("--memory", memory, "most memory to use, for example 512M or 2G")->capture_default_str();
+  app.add_option("--progress", progress, "auto (a bar on a terminal, lines elsewhere), plain or none")->capture_default_str();
+  app.add_option("--checkpoint", checkpoint_seconds,
+                 "seconds between checkpoints; at most this much work is lost when the program is killed")
       ->capture_default_str()
       ->check(CLI::Range(0.01, 86400.0));
-  command
-      .add_option("--block", block_levels,
-                  "a block of work spans 2^N tiles along an edge (default: from --memory); never changes the result")
+  app.add_option("--block", block_levels,
+                 "a block of work spans 2^N tiles along an edge (default: from --memory); never changes the result")
       ->check(CLI::Range(1, 10));
-  command.add_flag("--update", update,
-                   "compare layers that are there with their sources (all of them are read) and build again what changed");
-  command.add_flag("--stats", stats, "say where the time went");
-  command.add_flag("--json", json, "print what was done (or, with --dry-run, what would be) as JSON");
-  command.add_flag("--dry-run", dry_run, "print levels, tiles, bytes, memory and time; build nothing");
-  command.add_option("--rate", megatexels_per_second, "million texels a second that --dry-run reckons with (default: 10 a thread)")
+  app.add_flag("--update", update, "compare layers that are there with their sources (all of them are read) and build again what changed");
+  app.add_flag("--stats", stats, "say where the time went");
+  app.add_flag("--json", json, "print what was done (or, with --dry-run, what would be) as JSON");
+  app.add_flag("--dry-run", dry_run, "print levels, tiles, bytes, memory and time; build nothing");
+  app.add_option("--rate", megatexels_per_second, "million texels a second that --dry-run reckons with (default: 10 a thread)")
       ->check(CLI::Range(1e-3, 1e6));
+}
+
+std::string BuildFlags::in_flags(std::string_view message) const {
+  return command == nullptr ? std::string(message) : cli::with_flags(message, *command);
 }
 
 Result<std::size_t> parse_bytes(const std::string& text) {
@@ -75,7 +78,7 @@ namespace {
 
 // One layer with its progress bars. Messages say how to go on after a stop.
 Result<pipeline::BuildReport> build_one(store::StoreWriter& writer, const std::filesystem::path& path, const pipeline::LayerPlan& plan,
-                                        cli::ProgressMode mode, pipeline::BuildOptions options) {
+                                        const BuildFlags& flags, cli::ProgressMode mode, pipeline::BuildOptions options) {
   cli::Progress check({.mode = mode, .title = "comparing " + plan.info.name, .unit = "blocks"});
   cli::Progress build({.mode = mode, .title = "building " + plan.info.name, .unit = "texels"});
   options.check_progress = [&](std::uint64_t done, std::uint64_t total) {
@@ -87,7 +90,7 @@ Result<pipeline::BuildReport> build_one(store::StoreWriter& writer, const std::f
     build.update(done);
   };
   options.cancel = &cli::interrupt_flag();
-  options.remark = [](const std::string& remark) { cli::print_note("vtbuild", remark); };
+  options.remark = [&](const std::string& remark) { cli::print_note("vtbuild", flags.in_flags(remark)); };
   auto report = pipeline::build_layer(writer, plan, options);
   if (!report && report.error().code == ErrorCode::kCancelled)
     return fail(ErrorCode::kCancelled, "stopped; what is done is kept in " + path.string() + ", run the same command again to go on");
@@ -114,8 +117,11 @@ Result<int> build_layers(const std::filesystem::path& path, std::vector<pipeline
   VT_ASSIGN(const std::size_t memory, flags.memory_bytes());
   VT_ASSIGN(const cli::ProgressMode mode, flags.progress_mode());
   const int threads = pipeline::thread_count(flags.threads);
-  for (const pipeline::LayerPlan& plan : plans)
-    for (const std::string& warning : plan.warnings) cli::print_note("vtbuild", warning);
+  for (pipeline::LayerPlan& plan : plans)
+    for (std::string& warning : plan.warnings) {
+      warning = flags.in_flags(warning);
+      cli::print_note("vtbuild", warning);
+    }
 
   // All that can be wrong with the request is found before a store is made for it.
   std::vector<int> block_levels(plans.size(), flags.block_levels);
@@ -128,7 +134,8 @@ Result<int> build_layers(const std::filesystem::path& path, std::vector<pipeline
           chosen ? (*chosen)[i]
                  : pipeline::choose_block_levels(plans[i], threads, memory).value_or(pipeline::cheapest_block_levels(plans[i], threads));
   }
-  const PlanContext context{.threads = threads, .memory_bytes = memory, .megatexels_per_second = flags.megatexels_per_second};
+  const PlanContext context{
+      .threads = threads, .memory_bytes = memory, .megatexels_per_second = flags.megatexels_per_second, .command = flags.command};
   for (const std::string& doubt : plan_doubts(plans, block_levels, context)) cli::print_note("vtbuild", doubt);
   if (flags.dry_run) {
     if (flags.json) {
@@ -153,13 +160,16 @@ Result<int> build_layers(const std::filesystem::path& path, std::vector<pipeline
                                          .checkpoint_seconds = flags.checkpoint_seconds,
                                          .update = flags.update,
                                          .with_stats = flags.stats};
-    auto built = build_one(writer, path, plan, mode, options);
+    auto built = build_one(writer, path, plan, flags, mode, options);
     if (!built) {
       if (is_new && pipeline::is_of_the_data(built.error().code)) remove_if_empty(writer, path);
       return tl::unexpected(std::move(built).error());
     }
-    const pipeline::BuildReport report = *built;
-    for (const std::string& remark : report.remarks) cli::print_note("vtbuild", remark);
+    pipeline::BuildReport report = *std::move(built);
+    for (std::string& remark : report.remarks) {
+      remark = flags.in_flags(remark);
+      cli::print_note("vtbuild", remark);
+    }
     plan.sampler.reset();  // closes the sources: what they keep decoded is memory that the next layer may need
     if (flags.json) {
       layers.push_back(report_json(plan, report, flags.stats));

@@ -8,6 +8,7 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "builder/pipeline/build/layer_build.h"
@@ -30,8 +31,11 @@ struct BuildFlags {
   nlohmann::ordered_json recipe;       // see recipe.h; kept with the layers
   // With --json: layers are added to this document instead of being printed as one of their own.
   std::shared_ptr<nlohmann::ordered_json> report;
+  const CLI::App* command = nullptr;  // whose flags these are, see add_to()
 
-  void add_to(CLI::App& command);
+  void add_to(CLI::App& app);
+  // A library's message with the settings that it names as flags of the command.
+  [[nodiscard]] std::string in_flags(std::string_view message) const;
   // Parsed forms; kUsage when a text makes no sense.
   [[nodiscard]] Result<std::size_t> memory_bytes() const;
   [[nodiscard]] Result<cli::ProgressMode> progress_mode() const;

@@ -10,6 +10,7 @@
 #include "builder/pipeline/blocks/dataset_store.h"
 #include "builder/pipeline/request/input_list.h"
 #include "builder/pipeline/request/option_files.h"
+#include "tools/cli/setting_names.h"
 #include "tools/vtbuild/build_flags.h"
 #include "tools/vtbuild/recipe.h"
 
@@ -251,6 +252,7 @@ CLI::App* add_command(CLI::App& app, const std::shared_ptr<LayerFlags>& flags) {
                       "key: 255,255,252");
   add_channel_options(*command, flags->options);
   flags->build.add_to(*command);
+  cli::put_flags_in_help(*command);
   cli::add_help_footer(*command,
                        "  vtbuild layer ortho.tif -o area.vts --channel color\n"
                        "  vtbuild layer dem.tif -o area.vts --channel elevation\n"

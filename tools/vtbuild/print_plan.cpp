@@ -10,6 +10,7 @@
 #include "builder/pipeline/build/plan_cost.h"
 #include "store/format/layout.h"
 #include "tools/cli/cli_support.h"
+#include "tools/cli/setting_names.h"
 #include "tools/vtbuild/print_report.h"
 
 namespace vt::tools {
@@ -20,6 +21,10 @@ using Json = nlohmann::ordered_json;
 std::int64_t all_blocks(const std::vector<pipeline::Tier>& tiers) {
   return std::accumulate(tiers.begin(), tiers.end(), std::int64_t{0},
                          [](std::int64_t sum, const pipeline::Tier& tier) { return sum + tier.blocks(); });
+}
+
+std::string basis_of(const pipeline::PlanEstimate& estimate, const PlanContext& context) {
+  return context.command == nullptr ? estimate.basis : cli::with_flags(estimate.basis, *context.command);
 }
 
 Json levels_json(const LayerInfo& info) {
@@ -65,7 +70,7 @@ Json layer_json(const pipeline::LayerPlan& plan, int block_levels, const PlanCon
                       {"file_bytes", estimate.file_bytes},
                       {"seconds", estimate.seconds},
                       {"megatexels_per_second", estimate.megatexels_per_second},
-                      {"basis", estimate.basis}};
+                      {"basis", basis_of(estimate, context)}};
   Json tier_list = Json::array();
   for (const pipeline::Tier& tier : tiers) tier_list.push_back({{"base_level", tier.base.value}, {"blocks", tier.blocks()}});
   json["work"] = {{"block_texels", tiers.front().block_texels}, {"blocks", all_blocks(tiers)}, {"tiers", std::move(tier_list)}};
@@ -106,7 +111,7 @@ void print_plan(const pipeline::LayerPlan& plan, int block_levels, const PlanCon
                            cli::format_bytes(estimate.working_state_bytes)));
   line("time", fmt::format("about {} at {} texels a second", cli::format_duration(estimate.seconds),
                            cli::format_quantity(estimate.megatexels_per_second * 1e6)));
-  line("estimated by", estimate.basis);
+  line("estimated by", basis_of(estimate, context));
   line("work", fmt::format("{} blocks of {} x {} texels on {} threads, at most {} of {} memory", all_blocks(tiers),
                            tiers.front().block_texels, tiers.front().block_texels, context.threads,
                            cli::format_bytes(memory.total(context.threads)), cli::format_bytes(context.memory_bytes)));

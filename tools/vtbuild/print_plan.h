@@ -7,6 +7,10 @@
 
 #include "builder/pipeline/plan/layer_plan.h"
 
+namespace CLI {
+class App;
+}
+
 namespace vt::tools {
 
 // What all layers of a run share.
@@ -14,6 +18,7 @@ struct PlanContext {
   int threads = 1;
   std::size_t memory_bytes = 0;
   double megatexels_per_second = 0.0;  // 0: not given
+  const CLI::App* command = nullptr;   // whose flags the texts name; nullptr: settings keep their own names
 };
 
 void print_plan(const pipeline::LayerPlan& plan, int block_levels, const PlanContext& context);
