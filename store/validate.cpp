@@ -120,7 +120,7 @@ class StoreCheck {
     if (report_.garbage_bytes > std::max(kLittleGarbage, log_bytes / 8))
       add(FaultNumber::kGarbage, "log",
           std::to_string(report_.garbage_bytes) + " of " + std::to_string(log_bytes) +
-              " bytes belong to older generations or removed tiles; `vtbuild pack --keep-carry` frees them, and without the option what "
+              " bytes belong to older generations or removed tiles; packing with `keep-carry` frees them, and packing without it what "
               "updates need as well");
   }
 

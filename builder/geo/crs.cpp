@@ -18,7 +18,7 @@ constexpr const char* kWhatIsKnown =
     "known are longitudes and latitudes on the common datums (4326, 4269, 4258, ...), UTM zones (326xx, 327xx, 269xx, 258xx, ...) and "
     "other transverse Mercator grids, 3857 and 3395; a raster in another CRS has to be reprojected first, for example with gdalwarp -t_srs";
 
-constexpr const char* kNoPlace = "pixel coordinates have no longitude and latitude; give a CRS with --crs EPSG:nnnn";
+constexpr const char* kNoPlace = "pixel coordinates have no longitude and latitude; give a CRS with `crs` EPSG:nnnn";
 
 // Parameters that stores keep for every system: older programs do not open a store without them. Others are
 // kept by the methods that have them.

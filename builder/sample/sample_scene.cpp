@@ -151,7 +151,7 @@ Result<void> check_what_is_there(const std::filesystem::path& folder) {
   }
   if (others.empty()) return {};
   return fail(ErrorCode::kExists, fmt::format("{}: has files that a sample scene would replace and that were not made as part of one, or "
-                                              "were changed since: {}; choose another folder, or replace them with --force",
+                                              "were changed since: {}; choose another folder, or replace them with `force`",
                                               folder.string(), others));
 }
 

@@ -218,7 +218,7 @@ std::string ChosenSuperblock::remark() const {
   if (!damage) return {};
   if (!may_be_older) return damage->sentence + "; the other one holds the last commit, so nothing is lost, and the next writer mends it";
   return damage->sentence + "; it may have held a generation after " + number(newest.generation) +
-         ", so what is read may be older than the last update. Restore the file from a copy; `vtbuild pack STORE -o NEW` keeps what "
+         ", so what is read may be older than the last update. Restore the file from a copy; packing it into a new store keeps what "
          "generation " +
          number(newest.generation) + " holds";
 }

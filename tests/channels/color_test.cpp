@@ -244,7 +244,7 @@ TEST(ColorCodec, AssociatedNeedsACoverageBand) {
   const auto with_range =
       kColorKind.make(settings, {.type = SampleType::kFloat32, .has_alpha = true, .range = std::array<double, 2>{1.0, 2.0}});
   ASSERT_FALSE(with_range.has_value());
-  EXPECT_NE(with_range.error().message.find("--range 0,HIGH"), std::string::npos);
+  EXPECT_NE(with_range.error().message.find("`range` 0,HIGH"), std::string::npos);
 }
 
 TEST(ColorCodec, RefusesWhatItCannotMean) {
@@ -252,7 +252,7 @@ TEST(ColorCodec, RefusesWhatItCannotMean) {
   EXPECT_EQ(kColorKind.make(settings_for(TexelFormat::kRgb8), {.value_bands = 2}).error().code, ErrorCode::kUnsupported);
   const auto without_range = kColorKind.make(settings_for(TexelFormat::kRgb8), {.type = SampleType::kInt16});
   ASSERT_FALSE(without_range.has_value());
-  EXPECT_NE(without_range.error().message.find("--range"), std::string::npos);
+  EXPECT_NE(without_range.error().message.find("`range`"), std::string::npos);
 }
 
 }  // namespace

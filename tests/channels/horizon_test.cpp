@@ -243,12 +243,12 @@ TEST(HorizonCodec, RefusesWhatWouldBeWrongAndSaysWhatToUse) {
   for (const TexelFormat format : {TexelFormat::kBc1, TexelFormat::kBc3, TexelFormat::kBc7})
     EXPECT_NE(refusal(format, floats(2)).find("use bc5 or rgba16"), std::string::npos);
   EXPECT_NE(refusal(TexelFormat::kR32Float, floats(2)).find("use rgba16"), std::string::npos);
-  EXPECT_NE(refusal(TexelFormat::kRgba16, floats(1)).find("--azimuths"), std::string::npos);
+  EXPECT_NE(refusal(TexelFormat::kRgba16, floats(1)).find("`azimuths`"), std::string::npos);
   EXPECT_NE(refusal(TexelFormat::kRgba16, floats(2), {{"azimuths", "90"}}).find("1 directions are named"), std::string::npos);
   EXPECT_NE(refusal(TexelFormat::kRgba16, floats(2), {{"azimuths", "90,360"}}).find("less than 360"), std::string::npos);
   EXPECT_NE(refusal(TexelFormat::kRgba16, floats(2), {{"azimuths", "30,30"}}).find("named twice"), std::string::npos);
   EXPECT_NE(refusal(TexelFormat::kRgba16, floats(2), {{"span", "40,10"}}).find("LOW,HIGH"), std::string::npos);
-  EXPECT_NE(refusal(TexelFormat::kRgba16, {.type = SampleType::kInt16, .value_bands = 2}).find("--angles deg"), std::string::npos);
+  EXPECT_NE(refusal(TexelFormat::kRgba16, {.type = SampleType::kInt16, .value_bands = 2}).find("`angles` deg"), std::string::npos);
   EXPECT_EQ(refusal(TexelFormat::kRgba16, {.type = SampleType::kInt16, .value_bands = 2}, {{"angles", "deg"}}), "");
 }
 

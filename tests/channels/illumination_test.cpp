@@ -123,7 +123,7 @@ TEST(IlluminationCodec, TheMeanOfSamplesTooLargeToAddIsRefused) {
     const auto done = (*codec)->encode_row(0, rows.middle(true), 2, texels.data());
     ASSERT_FALSE(done.has_value()) << format_info(format).name;
     EXPECT_EQ(done.error().code, ErrorCode::kInvalidData);
-    EXPECT_NE(done.error().message.find("--nodata"), std::string::npos);
+    EXPECT_NE(done.error().message.find("`nodata`"), std::string::npos);
   }
 }
 
@@ -199,10 +199,10 @@ TEST(IlluminationCodec, RefusesWhatCannotHoldLightAndSaysWhatCan) {
   for (const TexelFormat format : {TexelFormat::kRgba8, TexelFormat::kBc1, TexelFormat::kBc7, TexelFormat::kR16})
     EXPECT_NE(message(made({.value_bands = 3}, format)).find("use rgba32f, rgba16f, rgb9e5 or bc6h"), std::string::npos);
   EXPECT_NE(message(made({.value_bands = 2}, TexelFormat::kRgb9e5)).find("one band or three"), std::string::npos);
-  EXPECT_NE(message(made({.type = SampleType::kFloat32}, TexelFormat::kRgb9e5, {{"transfer", "srgb"}})).find("leave --transfer out"),
+  EXPECT_NE(message(made({.type = SampleType::kFloat32}, TexelFormat::kRgb9e5, {{"transfer", "srgb"}})).find("leave `transfer` out"),
             std::string::npos);
   EXPECT_NE(message(made({}, TexelFormat::kRgb9e5, {{"scale", "0"}})).find("option scale"), std::string::npos);
-  EXPECT_NE(message(made({.range = {{0.0, 1.0}}}, TexelFormat::kRgb9e5)).find("--scale"), std::string::npos);
+  EXPECT_NE(message(made({.range = {{0.0, 1.0}}}, TexelFormat::kRgb9e5)).find("`scale`"), std::string::npos);
 }
 
 TEST(IlluminationCodec, TheUnitIsThatOfRadianceUnlessLightIsRelative) {

@@ -113,8 +113,8 @@ TEST(MaskCodec, RefusesWhatItCannotMean) {
     return codec ? std::string() : codec.error().message;
   };
   EXPECT_NE(refused(TexelFormat::kRgb8, {.value_bands = 1}, {}).find("bc4"), std::string::npos);
-  EXPECT_NE(refused(TexelFormat::kR8, {.value_bands = 3}, {}).find("--bands"), std::string::npos);
-  EXPECT_NE(refused(TexelFormat::kR8, {.type = SampleType::kInt16, .value_bands = 1}, {}).find("--inside"), std::string::npos);
+  EXPECT_NE(refused(TexelFormat::kR8, {.value_bands = 3}, {}).find("`bands`"), std::string::npos);
+  EXPECT_NE(refused(TexelFormat::kR8, {.type = SampleType::kInt16, .value_bands = 1}, {}).find("`inside`"), std::string::npos);
   EXPECT_NE(refused(TexelFormat::kR8, {.value_bands = 1}, {{"inside", ""}}).find("inside"), std::string::npos);
   EXPECT_NE(refused(TexelFormat::kR8, {.value_bands = 1}, {{"alpha-coverage", "1"}}).find("alpha-coverage"), std::string::npos);
   EXPECT_NE(refused(TexelFormat::kR8, {.value_bands = 1, .range = std::array<double, 2>{0, 9}}, {{"inside", "1"}}).find("exclude"),

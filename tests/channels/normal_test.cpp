@@ -413,7 +413,7 @@ TEST(NormalCodec, RefusesWhatWouldBeWrongAndSaysWhatToUse) {
     EXPECT_NE(refusal(format, kFloats, {{"frame", "scene"}}).find("z may be negative; use rgb8 or rgba16"), std::string::npos);
   EXPECT_NE(refusal(TexelFormat::kRgb8, kFloats, {{"frame", "scene"}, {"moments", "lean"}}).find("vertical"), std::string::npos);
   EXPECT_NE(refusal(TexelFormat::kR32Float, kFloats).find("use rgb8, rg16, rgba16 or bc5"), std::string::npos);
-  EXPECT_NE(refusal(TexelFormat::kRgb8, {.type = SampleType::kUint8, .value_bands = 1}).find("--bands"), std::string::npos);
+  EXPECT_NE(refusal(TexelFormat::kRgb8, {.type = SampleType::kUint8, .value_bands = 1}).find("`bands`"), std::string::npos);
   EXPECT_NE(refusal(TexelFormat::kRgb8, {.type = SampleType::kInt32}).find("8 or 16 bits"), std::string::npos);
   EXPECT_NE(refusal(TexelFormat::kRgb8, kFloats, {{"frame", "tangent"}}).find("none of enu, scene"), std::string::npos);
 }

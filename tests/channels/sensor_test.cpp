@@ -142,7 +142,7 @@ TEST(SensorCodec, TheMeanOfSamplesTooLargeToAddIsRefused) {
       const auto done = (*codec)->encode_row(0, rows.middle(is_opaque), 3, texels.data());
       ASSERT_FALSE(done.has_value()) << format_info(format).name;
       EXPECT_EQ(done.error().code, ErrorCode::kInvalidData);
-      EXPECT_NE(done.error().message.find("--nodata"), std::string::npos);
+      EXPECT_NE(done.error().message.find("`nodata`"), std::string::npos);
     }
 }
 
@@ -186,7 +186,7 @@ TEST(SensorCodec, WhatIsCutOffIsCounted) {
   EXPECT_EQ(codes.counts[0].texels, 2U) << "less than half a step beyond an end lies on it";
   EXPECT_EQ(codes.counts[0].x, 100);
   EXPECT_EQ(codes.counts[0].y, 5);
-  EXPECT_NE(codes.losses[0].what.find("outside 0 to 1, what --span gives r16"), std::string::npos) << codes.losses[0].what;
+  EXPECT_NE(codes.losses[0].what.find("outside 0 to 1, what `span` gives r16"), std::string::npos) << codes.losses[0].what;
   const Counted halves = losses_of(TexelFormat::kR16Float, {65504.0F, 65519.0F, 65521.0F, -65521.0F}, {});
   ASSERT_EQ(halves.counts.size(), 1U);
   EXPECT_EQ(halves.counts[0].texels, 2U);
@@ -255,16 +255,16 @@ TEST(SensorCodec, RefusesWhatDoesNotFitAndSaysWhatDoes) {
   const auto says = [&](TexelFormat format, const Options& options, const char* words) {
     EXPECT_NE(message(kFloats, format, options).find(words), std::string::npos) << message(kFloats, format, options);
   };
-  says(TexelFormat::kR32Float, {{"quantity", "temperature"}}, "--band LOW,HIGH");
-  says(TexelFormat::kR32Float, {{"store", "temperature"}}, "--band LOW,HIGH");
+  says(TexelFormat::kR32Float, {{"quantity", "temperature"}}, "`band` LOW,HIGH");
+  says(TexelFormat::kR32Float, {{"store", "temperature"}}, "`band` LOW,HIGH");
   says(TexelFormat::kR32Float, {{"quantity", "albedo"}}, "none of radiance");
   says(TexelFormat::kR32Float, {{"quantity", "emissivity"}, {"store", "radiance"}}, "option store");
   says(TexelFormat::kR32Float, {{"quantity", "temperature"}, {"band", "8,12"}, {"unit", "F"}}, "option unit");
   says(TexelFormat::kR32Float, {{"input-scale", "0"}}, "option input-scale");
-  says(TexelFormat::kR16, {}, "--span LOW,HIGH");
+  says(TexelFormat::kR16, {}, "`span` LOW,HIGH");
   says(TexelFormat::kR16, {{"span", "5,5"}}, "option span");
   says(TexelFormat::kBc1, {}, "use r32f, r16f, r16 or bc4");
-  EXPECT_NE(message({.type = SampleType::kFloat32, .value_bands = 3}, TexelFormat::kR32Float, {}).find("--bands"), std::string::npos);
+  EXPECT_NE(message({.type = SampleType::kFloat32, .value_bands = 3}, TexelFormat::kR32Float, {}).find("`bands`"), std::string::npos);
 }
 
 }  // namespace

@@ -113,7 +113,7 @@ TEST(ThermalBasis, RefusesWhatIsNoLibraryAndNamesTheClass) {
   };
   const std::string head = R"({"kind": "temperature", "times": [0, 12], "classes": [)";
   EXPECT_EQ(message(head + R"({"id": 1, "curve": [280, 290]}]})"), "taken");
-  EXPECT_NE(message(head + R"({"id": 1, "curve": [280, 290]}]})", nullptr).find("--band"), std::string::npos);
+  EXPECT_NE(message(head + R"({"id": 1, "curve": [280, 290]}]})", nullptr).find("`band`"), std::string::npos);
   EXPECT_NE(message(head + R"({"id": 7, "curve": [280]}]})").find("class 7"), std::string::npos);
   EXPECT_NE(message(head + R"({"id": 7, "curve": [280, -1]}]})").find("class 7"), std::string::npos);
   EXPECT_NE(message(head + R"({"id": 7, "curve": [280, "x"]}]})").find("class 7"), std::string::npos);
@@ -319,13 +319,13 @@ TEST(ThermalCodec, RefusesWhatDoesNotFit) {
     return codec ? std::string("made") : codec.error().message;
   };
   EXPECT_NE(message(TexelFormat::kRgb8, {{"band", "8,12"}}).find("use rgba16,"), std::string::npos);
-  EXPECT_NE(message(TexelFormat::kRgba16, {}).find("--band"), std::string::npos);
+  EXPECT_NE(message(TexelFormat::kRgba16, {}).find("`band`"), std::string::npos);
   EXPECT_NE(message(TexelFormat::kRgba16, {{"band", "8,12"}, {"components", "6"}}).find("components"), std::string::npos);
   EXPECT_NE(message(TexelFormat::kRgba16, {{"band", "8,12"}, {"components", "3.5"}}).find("not whole"), std::string::npos);
   EXPECT_NE(message(TexelFormat::kRgba16, {{"band", "8,12"}, {"quantity", "temperature"}}).find("no meaning"), std::string::npos);
   const auto alone =
       make_codec({.channel = ChannelType::kSensor, .format = TexelFormat::kR32Float, .options = {{"components", "3"}}}, {.value_bands = 1});
-  EXPECT_NE(alone.error().message.find("--basis"), std::string::npos);
+  EXPECT_NE(alone.error().message.find("`basis`"), std::string::npos);
 }
 
 }  // namespace

@@ -67,8 +67,8 @@ TEST(Failures, WithoutACoordinateSystemTheMessageSaysHowToGiveOne) {
   LayerRequest request = request_for({folder / "nowhere.tif"}, ChannelType::kColor);
   const Error error = plan_error(request);
   EXPECT_EQ(error.code, ErrorCode::kInvalidData);
-  EXPECT_NE(error.message.find("--crs"), std::string::npos) << error.message;
-  EXPECT_NE(error.message.find("--extent"), std::string::npos) << error.message;
+  EXPECT_NE(error.message.find("`crs`"), std::string::npos) << error.message;
+  EXPECT_NE(error.message.find("`extent`"), std::string::npos) << error.message;
   // And doing as it says helps.
   request.sources[0].fallback_crs = geo::Crs::from_epsg(4326).value();
   request.sources[0].extent = Area{10, 50, 11, 51};

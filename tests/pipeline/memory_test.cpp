@@ -171,8 +171,8 @@ TEST_F(Memory, WhatCannotFitSaysWhatWould) {
     EXPECT_NE(at, std::string::npos) << message;
     return at == std::string::npos ? 0 : std::stoi(message.substr(at + words.size()));
   };
-  const int mebibytes = number_after("it needs --memory ");
-  const int threads = number_after("or --threads ");
+  const int mebibytes = number_after("it needs `memory` ");
+  const int threads = number_after("or `threads` ");
   EXPECT_TRUE(choose_block_levels(*plan, 64, static_cast<std::size_t>(mebibytes) << 20).has_value());
   EXPECT_TRUE(choose_block_levels(*plan, threads, std::size_t{40} << 20).has_value());
   EXPECT_FALSE(choose_block_levels(*plan, threads + 1, std::size_t{40} << 20).has_value());
@@ -197,7 +197,7 @@ TEST_F(Memory, WhatARefusalNamesIsEnoughForAllLayers) {
     const std::size_t little = std::size_t{20} << 20;
     const auto refused = choose_block_levels(plans_with(little), threads, little);
     ASSERT_FALSE(refused) << threads;
-    const std::string words = "it needs --memory ";
+    const std::string words = "it needs `memory` ";
     const std::size_t at = refused.error().message.find(words);
     ASSERT_NE(at, std::string::npos) << refused.error().message;
     const std::size_t named = std::stoul(refused.error().message.substr(at + words.size())) << 20;

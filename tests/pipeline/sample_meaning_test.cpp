@@ -248,7 +248,7 @@ TEST_F(SampleMeaning, InfraredIsNoCoverageAndColoursAreFoundByTheirRoles) {
 TEST_F(SampleMeaning, BandsThatAreChosenForTheUserAreNamed) {
   RawTiff many;
   many.page(page_of(std::vector<std::uint8_t>(6 * kCount, 50), 6)).utm33().shorts(kExtraSamples, {0, 0, 0, 0, 0});
-  EXPECT_NE(warnings(many, of(ChannelType::kColor)).find("bands 1, 2 and 3 of 6 are taken; --bands names others"), std::string::npos);
+  EXPECT_NE(warnings(many, of(ChannelType::kColor)).find("bands 1, 2 and 3 of 6 are taken; `bands` names others"), std::string::npos);
   const auto path = folder_ / "many.tif";
   many.write(path);
   LayerRequest named = of(ChannelType::kColor);
@@ -453,7 +453,7 @@ TEST_F(SampleMeaning, HorizonsThatLookLikeDegreesAreRefused) {
   tiff.page(page_of(std::vector<float>(2 * kCount, 10.0F), 2)).utm33();
   const channels::Options east_and_west{{"azimuths", "90,270"}};
   const std::string refused = refusal(tiff, of(ChannelType::kHorizon, east_and_west));
-  EXPECT_NE(refused.find("angles up to 10, more than any horizon has in radians; say --angles deg"), std::string::npos) << refused;
+  EXPECT_NE(refused.find("angles up to 10, more than any horizon has in radians; say `angles` deg"), std::string::npos) << refused;
   build_from(tiff, of(ChannelType::kHorizon, {{"azimuths", "90,270"}, {"angles", "deg"}}));
   RawTiff radians;
   radians.page(page_of(std::vector<float>(2 * kCount, 1.5F), 2)).utm33();
@@ -485,7 +485,7 @@ TEST_F(SampleMeaning, HorizonsTakeTheUnitOfTheirAngles) {
   EXPECT_TRUE(tiles_with(horizons_in("deg", 1.0), in_radians) == tiles_with(horizons_in("", 1.0), none)) << "who gives a unit knows better";
   const std::string refused = refusal(horizons_in("gon", 60.0), of(ChannelType::kHorizon, none));
   EXPECT_NE(refused.find("'gon'"), std::string::npos) << refused;
-  EXPECT_NE(refused.find("--angles"), std::string::npos) << refused;
+  EXPECT_NE(refused.find("`angles`"), std::string::npos) << refused;
 }
 
 // A layer has one scale and one unit for all its bands, so bands that differ cannot be one.

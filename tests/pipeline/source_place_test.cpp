@@ -58,7 +58,7 @@ TEST_F(SourcePlace, ACrsThatTheFileDeclaresIsNotOverruledThoughItIsUnknown) {
     if (has_crs) request.sources[0].fallback_crs = request.crs = crs(32611);
     const Error error = error_of(request);
     EXPECT_EQ(error.code, ErrorCode::kUnsupported);
-    for (const char* words : {"EPSG:26746", "NAD27 / California zone VI", "gdalwarp", "--source-crs"})
+    for (const char* words : {"EPSG:26746", "NAD27 / California zone VI", "gdalwarp", "`source-crs`"})
       EXPECT_TRUE(has(error.message, words)) << error.message;
     EXPECT_FALSE(has(error.message, "EPSG:4326")) << "its coordinates are no degrees: " << error.message;
     EXPECT_EQ(has(error.message, "not taken for EPSG:32611"), has_crs) << error.message;
@@ -107,10 +107,10 @@ TEST_F(SourcePlace, TheAdviceForAFileWithoutACrsFitsItsCoordinates) {
   const Error metres = error_of(request_for({tiff({}, kMetres)}, ChannelType::kColor));
   EXPECT_EQ(metres.code, ErrorCode::kInvalidData);
   EXPECT_FALSE(has(metres.message, "EPSG:4326")) << metres.message;
-  EXPECT_TRUE(has(metres.message, "--crs EPSG:32633 for UTM zone 33 north")) << metres.message;
+  EXPECT_TRUE(has(metres.message, "`crs` EPSG:32633 for UTM zone 33 north")) << metres.message;
   EXPECT_TRUE(has(metres.message, "500000")) << metres.message;
   const Error degrees = error_of(request_for({tiff({}, kDegrees)}, ChannelType::kColor));
-  EXPECT_TRUE(has(degrees.message, "--crs EPSG:4326")) << degrees.message;
+  EXPECT_TRUE(has(degrees.message, "`crs` EPSG:4326")) << degrees.message;
 }
 
 TEST_F(SourcePlace, DegreesAreDegrees) {
@@ -144,10 +144,10 @@ TEST_F(SourcePlace, DegreesAreDegrees) {
     }
   }
   // Whoever named the CRS is told the option that names another.
-  EXPECT_TRUE(has(error_of(request_for({tiff(wgs84, kMetres)}, ChannelType::kColor)).message, "--source-crs"));
+  EXPECT_TRUE(has(error_of(request_for({tiff(wgs84, kMetres)}, ChannelType::kColor)).message, "`source-crs`"));
   LayerRequest request = request_for({tiff({}, kMetres)}, ChannelType::kColor);
   request.sources[0].fallback_crs = crs(4326);
-  EXPECT_TRUE(has(error_of(request).message, "with --crs EPSG:nnnn")) << error_of(request).message;
+  EXPECT_TRUE(has(error_of(request).message, "with `crs` EPSG:nnnn")) << error_of(request).message;
 }
 
 TEST_F(SourcePlace, ProjectedCoordinatesAreSomewhereOnTheEarth) {
@@ -250,7 +250,7 @@ TEST_F(SourcePlace, SeveralBandsAreNoHeightUntilOneIsChosen) {
       const Error error = error_of(request);
       EXPECT_EQ(error.code, ErrorCode::kInvalidData);
       EXPECT_TRUE(has(error.message, "has " + std::to_string(bands) + " bands of values")) << error.message;
-      EXPECT_TRUE(has(error.message, "--bands 1")) << error.message;
+      EXPECT_TRUE(has(error.message, "`bands` 1")) << error.message;
       request.sources[0].bands = {bands};
       EXPECT_TRUE(plan_layer(request, std::nullopt, 1 << 20).has_value());
     }

@@ -108,7 +108,7 @@ TEST_F(Update, ANewSourceOnTopChangesOnlyWhatItCovers) {
     const auto refused = build_layer(*writer, *plan, {});
     ASSERT_FALSE(refused.has_value());
     EXPECT_EQ(refused.error().code, ErrorCode::kExists);
-    EXPECT_NE(refused.error().message.find("--update"), std::string::npos) << refused.error().message;
+    EXPECT_NE(refused.error().message.find("`update`"), std::string::npos) << refused.error().message;
   }
 
   const BuildReport added = build(folder_ / "store.vts", both, updating());

@@ -269,11 +269,11 @@ MadeCodec make_color(const ChannelSettings& settings, const SampleLayout& layout
                 "a colour layer cannot be stored as " + std::string(format_info(format).name) + "; use rgb8, rgba8, bc1, bc3 or bc7");
   if (layout.value_bands != 1 && layout.value_bands != 3)
     return fail(ErrorCode::kUnsupported, "colour needs one band (grey) or three, found " + std::to_string(layout.value_bands) +
-                                             "; choose with --bands, for example --bands 3,2,1");
+                                             "; choose with `bands`, for example `bands` 3,2,1");
   const bool codes = layout.type == SampleType::kUint8 || layout.type == SampleType::kUint16;
   if (!codes && !layout.range)
     return fail(ErrorCode::kUnsupported, std::string("colour from ") + sample_name(layout.type) +
-                                             " samples needs to know which values are black and white; give --range LOW,HIGH");
+                                             " samples needs to know which values are black and white; give `range` LOW,HIGH");
   constexpr std::array<std::string_view, 2> kTransfers{"srgb", "linear"};
   VT_ASSIGN(const std::string transfer, choice_of(settings.options, "transfer", "srgb", kTransfers));
   constexpr std::array<std::string_view, 2> kAlphas{"straight", "associated"};
@@ -281,9 +281,9 @@ MadeCodec make_color(const ChannelSettings& settings, const SampleLayout& layout
   const bool is_associated = alpha == "associated";
   if (is_associated && !layout.has_alpha)
     return fail(ErrorCode::kUsage,
-                "colour can only be multiplied by a coverage that is there, and no band is declared as one; leave --alpha out");
+                "colour can only be multiplied by a coverage that is there, and no band is declared as one; leave `alpha` out");
   if (is_associated && layout.range && (*layout.range)[0] != 0.0)
-    return fail(ErrorCode::kUsage, "colour that is multiplied by its coverage has its black at 0; give --range 0,HIGH");
+    return fail(ErrorCode::kUsage, "colour that is multiplied by its coverage has its black at 0; give `range` 0,HIGH");
   const Transfer source_transfer = transfer == "linear" ? Transfer::kLinear : Transfer::kSrgb;
   return std::make_unique<const ColorCodec>(layout, settings.transfer, source_transfer, is_associated, format);
 }

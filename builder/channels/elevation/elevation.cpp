@@ -66,7 +66,7 @@ class ElevationCodec final : public ChannelCodec {
     measures_surface_ = choices.with_surface;
     losses_.push_back({"the height is below " + text::number_text(static_cast<double>(kLowestPlausible)) + " m or above " +
                        text::number_text(static_cast<double>(kHighestPlausible)) +
-                       " m, as nowhere on the Earth, and is stored and averaged as it is; if it means no data, say so with --nodata"});
+                       " m, as nowhere on the Earth, and is stored and averaged as it is; if it means no data, say so with `nodata`"});
     keeps_numbers_ = choices.scale == 1.0 && choices.offset == 0.0;
     centre_range_ = range_of(choices);
     if (!choices.with_bounds) return;
@@ -254,13 +254,13 @@ class ElevationCodec final : public ChannelCodec {
 
   [[nodiscard]] Result<void> misfit(double height) const {
     const std::string what = "height " + text::number_text(height) + " m ";
-    const std::string else_nodata = "; if it is none, say with --nodata which sample value means no data";
+    const std::string else_nodata = "; if it is none, say with `nodata` which sample value means no data";
     switch (choices_.format) {
       case TexelFormat::kR16:
         return fail(ErrorCode::kInvalidData, what + "is outside " + text::number_text(choices_.codes.value(1.0)) + " to " +
                                                  text::number_text(choices_.codes.value(CodedHeights::kLargestCode)) +
                                                  " m, what r16 holds in steps of " + text::number_text(choices_.codes.quantum) +
-                                                 " m; give --range LOW,HIGH around all heights, or use r32f" + else_nodata);
+                                                 " m; give `range` LOW,HIGH around all heights, or use r32f" + else_nodata);
       case TexelFormat::kR16Float:
         return fail(ErrorCode::kInvalidData, what + "is beyond 65504 m, the most that r16f holds; use r16 or r32f" + else_nodata);
       default:
@@ -372,7 +372,7 @@ Result<CodedHeights> choose_codes(const Options& options, const SampleLayout& la
   }
   if (!range)
     return fail(ErrorCode::kUsage, std::string("heights from ") + sample_name(layout.type) +
-                                       " samples stored as r16 need to know from where to where they go; give --range LOW,HIGH in metres");
+                                       " samples stored as r16 need to know from where to where they go; give `range` LOW,HIGH in metres");
   constexpr double kFarthest = 1e9;  // metres
   if (!((*range)[0] < (*range)[1]) || std::abs((*range)[0]) > kFarthest || std::abs((*range)[1]) > kFarthest)
     return fail(ErrorCode::kUsage, "a range of heights is LOW,HIGH in metres with LOW below HIGH, found " + text::number_text((*range)[0]) +
@@ -383,7 +383,7 @@ Result<CodedHeights> choose_codes(const Options& options, const SampleLayout& la
     return fail(ErrorCode::kUsage, "steps of " + text::number_text(quantum) + " m from " + text::number_text((*range)[0]) + " to " +
                                        text::number_text((*range)[1]) +
                                        " m are more than the 65535 codes of r16; the finest power of two is " +
-                                       text::number_text(finest_quantum(*range)) + " m, or give a smaller --range");
+                                       text::number_text(finest_quantum(*range)) + " m, or give a smaller `range`");
   return CodedHeights{.offset = (std::floor((*range)[0] / quantum) - 1.0) * quantum, .quantum = quantum};
 }
 
@@ -394,7 +394,7 @@ MadeCodec make_elevation(const ChannelSettings& settings, const SampleLayout& la
                                              ": eight bits or a block of 4x4 are too coarse for heights; use r32f, r16 or r16f");
   if (layout.value_bands != 1)
     return fail(ErrorCode::kUnsupported,
-                "elevation needs exactly one band, found " + std::to_string(layout.value_bands) + "; choose with --bands");
+                "elevation needs exactly one band, found " + std::to_string(layout.value_bands) + "; choose with `bands`");
   VT_CHECK(choose_height_of_sample(settings.options, layout, choices));
   if (choices.format == TexelFormat::kR16) {
     VT_ASSIGN(choices.codes, choose_codes(settings.options, layout, choices));
@@ -420,12 +420,12 @@ double stored_ratio(TexelFormat format) {
 }
 
 constexpr auto kOptions = std::to_array<OptionInfo>({
-    {"input-scale", "FACTOR", "height = offset + scale * sample, in --input-unit (default: what the file declares for the band, else 1)"},
-    {"input-offset", "HEIGHT", "height of the sample 0, see --input-scale (default: what the file declares, else 0)"},
+    {"input-scale", "FACTOR", "height = offset + scale * sample, in `input-unit` (default: what the file declares for the band, else 1)"},
+    {"input-offset", "HEIGHT", "height of the sample 0, see `input-scale` (default: what the file declares, else 0)"},
     {"input-unit", "m|ft|us-ft|cm|...",
      "unit of the input's heights; the layer's are metres. Also metres, as in \"0.3048 m\" (default: what the file declares, else m)"},
     {"quantum", "METRES",
-     "step of the codes of r16, which hold --range (of 8 and 16 bit integers: all that the type can say) in 65535 of them (default: the "
+     "step of the codes of r16, which hold `range` (of 8 and 16 bit integers: all that the type can say) in 65535 of them (default: the "
      "finest power of two that does)"},
     {"bounds", "yes|no",
      "store the least and greatest height under every texel of coarser levels too, as NAME/bounds; twice the data of all levels but the "

@@ -156,8 +156,8 @@ class HorizonCodec final : public ChannelCodec {
     // No angle lies beyond the zenith, and a single one does not deviate.
     if (span.low_deg > -90.0 || span.high_deg < 90.0 || input_.has_deviations)
       span_loss_ = add("a horizon lies outside " + degrees(span.low_deg) + " to " + degrees(span.high_deg) +
-                       " degrees (--span), or deviates by more than " + degrees(most_deviation_deg) +
-                       ", and the nearest that can be stored is; give a wider --span");
+                       " degrees (`span`), or deviates by more than " + degrees(most_deviation_deg) +
+                       ", and the nearest that can be stored is; give a wider `span`");
     if (is_block_)
       void_loss_ =
           add("there are no data, which bc5 cannot say: it shows the neighbours' horizons, or level ground where they have none; to "
@@ -311,7 +311,7 @@ Result<void> check_unit(const Options& options, const SampleLayout& layout, std:
       layout.type == SampleType::kFloat32 ? largest_degrees<float>(layout, samples) : largest_degrees<double>(layout, samples);
   if (largest == 0.0) return {};
   return fail(ErrorCode::kInvalidData, "holds angles up to " + text::number_text(largest) +
-                                           ", more than any horizon has in radians; say --angles deg, or --angles rad if what is beyond "
+                                           ", more than any horizon has in radians; say `angles` deg, or `angles` rad if what is beyond "
                                            "a right angle means no data");
 }
 

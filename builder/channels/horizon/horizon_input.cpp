@@ -88,14 +88,14 @@ Result<std::vector<double>> choose_azimuths(const Options& options, std::size_t 
   if (azimuths.empty()) {
     if (directions == 1)
       return fail(ErrorCode::kUsage,
-                  "a horizon in one direction needs to be told which; give --azimuths with degrees clockwise from north");
+                  "a horizon in one direction needs to be told which; give `azimuths` with degrees clockwise from north");
     if (directions == 2) return std::vector<double>{90.0, 270.0};
     for (std::size_t d = 0; d < directions; ++d) azimuths.push_back(360.0 * static_cast<double>(d) / static_cast<double>(directions));
     return azimuths;
   }
   if (azimuths.size() != directions)
     return fail(ErrorCode::kUsage, "option azimuths: " + std::to_string(azimuths.size()) + " directions are named, the bands hold " +
-                                       std::to_string(directions) + "; choose bands with --bands");
+                                       std::to_string(directions) + "; choose bands with `bands`");
   for (std::size_t d = 0; d < directions; ++d) {
     if (azimuths[d] < 0.0 || azimuths[d] >= 360.0)
       return fail(ErrorCode::kUsage, "option azimuths: directions are degrees clockwise from north, from 0 to less than 360");
@@ -130,7 +130,7 @@ Result<double> choose_angle_unit(const Options& options, const SampleLayout& lay
   if (const auto radians = radians_of_unit(is_declared ? layout.unit : given)) return *radians;
   return fail(ErrorCode::kInvalidData,
               "declares its angles in '" + layout.unit +
-                  "', which is no unit of angles that is known; say what they are with --angles rad or --angles deg");
+                  "', which is no unit of angles that is known; say what they are with `angles` rad or `angles` deg");
 }
 
 Result<HorizonInput> choose_horizon_input(const Options& options, const SampleLayout& layout) {
@@ -142,16 +142,16 @@ Result<HorizonInput> choose_horizon_input(const Options& options, const SampleLa
   input.radians_per_unit *= layout.scale.value_or(1.0);
   if (radians_per_unit == 1.0 && !layout.scale && layout.type != SampleType::kFloat32 && layout.type != SampleType::kFloat64)
     return fail(ErrorCode::kUsage, std::string("horizons from ") + sample_name(layout.type) +
-                                       " samples cannot be radians; if they are degrees, say --angles deg");
+                                       " samples cannot be radians; if they are degrees, say `angles` deg");
   if (layout.range)
     return fail(ErrorCode::kUsage,
-                "a range of samples does not apply to horizons, which are angles; for the range that is stored use --span");
+                "a range of samples does not apply to horizons, which are angles; for the range that is stored use `span`");
   const std::size_t bands = static_cast<std::size_t>(layout.value_bands);
   const std::size_t bands_each = input.has_deviations ? 2 : 1;
   if (bands % bands_each != 0 || bands / bands_each < 1 || bands / bands_each > kMostDirections)
     return fail(ErrorCode::kUnsupported,
-                "horizons need a band (with --deviations given a pair of bands) for each of 1 to 24 directions, found " +
-                    std::to_string(bands) + "; choose with --bands");
+                "horizons need a band (with `deviations` given a pair of bands) for each of 1 to 24 directions, found " +
+                    std::to_string(bands) + "; choose with `bands`");
   VT_ASSIGN(input.azimuths_deg, choose_azimuths(options, bands / bands_each));
   return input;
 }

@@ -103,7 +103,7 @@ class IlluminationCodec final : public ChannelCodec {
     for (std::size_t c = 0; c < 3; ++c)
       if (!all_finite(rows.here[c], count))
         return fail(ErrorCode::kInvalidData,
-                    "light is the mean of samples too large to add; if they are none, say with --nodata which sample value means no data");
+                    "light is the mean of samples too large to add; if they are none, say with `nodata` which sample value means no data");
     if (texels_ == TexelFormat::kRgb9e5) {
       for (std::int64_t i = 0; i < count; ++i)
         put_texel(out, i, store::pack_rgb9e5(rows.here[0][i] * per_scale_, rows.here[1][i] * per_scale_, rows.here[2][i] * per_scale_));
@@ -172,9 +172,9 @@ class IlluminationCodec final : public ChannelCodec {
     const std::string name(format_info(format).name);
     const auto light_text = [&](double number) { return text::number_text(stored_scale_ * number, 6) + (unit.empty() ? "" : " " + unit); };
     losses_.push_back({"the light is more than " + light_text(static_cast<double>(limit_)) + ", the most that " + name +
-                       " holds in this layer, and that is stored; give a larger --stored-scale, or use rgba32f"});
+                       " holds in this layer, and that is stored; give a larger `stored-scale`, or use rgba32f"});
     losses_.push_back({"there is light, but less than " + light_text(static_cast<double>(kLeastStored)) + ", of which " + name +
-                       " stores nothing in this layer; give a smaller --stored-scale, or use rgba32f"});
+                       " stores nothing in this layer; give a smaller `stored-scale`, or use rgba32f"});
     if (!has_coverage_)
       losses_.push_back({"there are no data, which " + name + " cannot say, and darkness is stored; to keep them apart use rgba16f"});
   }
@@ -296,17 +296,17 @@ MadeCodec make_illumination(const ChannelSettings& settings, const SampleLayout&
                                              ", which has no room for lamps beside darkness; use rgba32f, rgba16f, rgb9e5 or bc6h");
   if (layout.value_bands != 1 && layout.value_bands != 3)
     return fail(ErrorCode::kUnsupported, "illumination needs one band or three, found " + std::to_string(layout.value_bands) +
-                                             "; choose with --bands, for example --bands 1");
+                                             "; choose with `bands`, for example `bands` 1");
   if (layout.range)
     return fail(ErrorCode::kUnsupported,
-                "illumination has no black and white to be given as a range; say how much light it is with --scale");
+                "illumination has no black and white to be given as a range; say how much light it is with `scale`");
   constexpr std::array<std::string_view, 2> kTransfers{"linear", "srgb"};
   Light light;
   VT_ASSIGN(const std::string transfer, choice_of(settings.options, "transfer", "linear", kTransfers));
   light.transfer = transfer == "srgb" ? Transfer::kSrgb : Transfer::kLinear;
   if (light.transfer == Transfer::kSrgb && !is_code(layout.type))
     return fail(ErrorCode::kUnsupported, std::string("srgb is a transfer of 8 and 16 bit codes; ") + sample_name(layout.type) +
-                                             " samples are light: leave --transfer out");
+                                             " samples are light: leave `transfer` out");
   VT_ASSIGN(const auto scale, number_of(settings.options, "scale", std::numeric_limits<float>::min(), std::numeric_limits<float>::max()));
   light.scale = scale.value_or(1.0);
   constexpr double kLeastScale = 0x1p-60;

@@ -160,15 +160,15 @@ MadeCodec make_mask(const ChannelSettings& settings, const SampleLayout& layout)
                                              ": it is one share from 0 to 1; use r8, r16 or bc4");
   if (layout.value_bands != 1)
     return fail(ErrorCode::kUnsupported, "a mask needs exactly one band, found " + std::to_string(layout.value_bands) +
-                                             "; choose with --bands, for example --bands 4");
+                                             "; choose with `bands`, for example `bands` 4");
   VT_ASSIGN(std::vector<double> inside, numbers_of(settings.options, "inside"));
   if (!inside.empty() && layout.range)
-    return fail(ErrorCode::kUsage, "values that are inside and a range of shares exclude each other; give one of --inside and --range");
+    return fail(ErrorCode::kUsage, "values that are inside and a range of shares exclude each other; give one of `inside` and `range`");
   const bool is_share = layout.type == SampleType::kUint8 || layout.type == SampleType::kUint16 || layout.type == SampleType::kFloat32 ||
                         layout.type == SampleType::kFloat64;
   if (!is_share && inside.empty() && !layout.range)
     return fail(ErrorCode::kUnsupported, std::string("a mask from ") + sample_name(layout.type) +
-                                             " samples needs to know what is inside; give --inside VALUES, or --range LOW,HIGH for shares");
+                                             " samples needs to know what is inside; give `inside` VALUES, or `range` LOW,HIGH for shares");
   // Exactly 0 or 1 would mean all or nothing, whatever is stored.
   VT_ASSIGN(const std::optional<double> kept_above, number_of(settings.options, "alpha-coverage", 0.001, 0.999));
   return std::make_unique<const MaskCodec>(layout, format, std::move(inside), kept_above);

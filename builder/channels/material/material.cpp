@@ -236,7 +236,7 @@ MadeCodec make_material(const ChannelSettings& settings, const SampleLayout& lay
     return fail(ErrorCode::kUnsupported, "a material layer cannot be stored as " + format + "; use r8 or r16");
   if (layout.value_bands != 1)
     return fail(ErrorCode::kUnsupported,
-                "material needs exactly one band, found " + std::to_string(layout.value_bands) + "; choose with --bands");
+                "material needs exactly one band, found " + std::to_string(layout.value_bands) + "; choose with `bands`");
 
   constexpr std::array<std::string_view, 5> kMixtures{"", "1", "2", "3", "4"};
   VT_ASSIGN(const std::string mixture, choice_of(settings.options, "mixture", "", std::span(kMixtures)));

@@ -178,7 +178,7 @@ class NormalCodec final : public ChannelCodec {
     if (style.format == TexelFormat::kBc5 && !style.has_length)
       void_loss_ =
           add("there are no data, which bc5 cannot say: it shows the neighbours' direction, or straight up where they have none; "
-              "leave --length no out, or use rg16");
+              "leave `length` no out, or use rg16");
   }
 
   void add_direction(const NormalStyle& style) {
@@ -381,7 +381,7 @@ MadeCodec make_normal(const ChannelSettings& settings, const SampleLayout& layou
   VT_CHECK(check_format(style.format, style.frame));
   if (style.has_moments && style.frame == Frame::kScene)
     return fail(ErrorCode::kUnsupported,
-                "moments of slopes need a vertical, which only frame enu has; use --frame enu or leave --moments out");
+                "moments of slopes need a vertical, which only frame enu has; use `frame` enu or leave `moments` out");
   VT_ASSIGN(const NormalInput input, choose_normal_input(settings.options, layout));
   return std::make_unique<const NormalCodec>(input, style);
 }

@@ -79,12 +79,12 @@ bool NormalInput::decode_row(const std::byte* samples, std::int64_t count, const
 Result<NormalInput> choose_normal_input(const Options& options, const SampleLayout& layout) {
   if (layout.value_bands != 2 && layout.value_bands != 3)
     return fail(ErrorCode::kUnsupported, "normals need two bands (x, y) or three (x, y, z), found " + std::to_string(layout.value_bands) +
-                                             "; choose with --bands, for example --bands 1,2,3");
+                                             "; choose with `bands`, for example `bands` 1,2,3");
   if (layout.type == SampleType::kUint32 || layout.type == SampleType::kInt32)
     return fail(ErrorCode::kUnsupported, std::string("normals from ") + sample_name(layout.type) +
                                              " samples have no customary meaning; use 8 or 16 bits, or floats");
   if (layout.range)
-    return fail(ErrorCode::kUnsupported, "a range does not apply to normals, whose components go from -1 to 1; leave --range out");
+    return fail(ErrorCode::kUnsupported, "a range does not apply to normals, whose components go from -1 to 1; leave `range` out");
   constexpr std::array<std::string_view, 2> kCentres{"128", "127.5"};
   constexpr std::array<std::string_view, 2> kDirections{"up", "down"};
   VT_ASSIGN(const std::string centre, choice_of(options, "zero", kCentres[0], kCentres));

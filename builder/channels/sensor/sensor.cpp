@@ -156,7 +156,7 @@ class SensorCodec final : public ChannelCodec {
   [[nodiscard]] Result<void> overflow() const {
     return fail(ErrorCode::kInvalidData,
                 "the mean " + std::string(quantity_.kind == SensorQuantity::Kind::kTemperature ? "radiance" : stored_name(quantity_)) +
-                    " is that of samples too large to add; if they are none, say with --nodata which sample value means no data");
+                    " is that of samples too large to add; if they are none, say with `nodata` which sample value means no data");
   }
 
   // What texels of the finest level may lose, and from which means on.
@@ -179,8 +179,8 @@ class SensorCodec final : public ChannelCodec {
     // What rounds to the end lies on it.
     const double margin = is_half ? 15.9 : 0.5 * number_.range().scale;
     const std::string ends = text::number_text(number_.least()) + " to " + text::number_text(number_.greatest()) + unit;
-    end_loss_ = add("the value lies outside " + ends + (is_half ? ", what r16f holds," : ", what --span gives " + name + ",") +
-                    " and the nearer end is stored; " + (is_half ? "use r32f" : "give a wider --span, or use r32f"));
+    end_loss_ = add("the value lies outside " + ends + (is_half ? ", what r16f holds," : ", what `span` gives " + name + ",") +
+                    " and the nearer end is stored; " + (is_half ? "use r32f" : "give a wider `span`, or use r32f"));
     const auto mean_of_stored = [&](double stored) {
       return !quantity_.stores_temperature ? stored : stored > 0.0 ? quantity_.band->radiance(stored) : 0.0;
     };
@@ -281,21 +281,21 @@ bool needs_span(TexelFormat format) { return format == TexelFormat::kR16 || form
 MadeCodec make_sensor(const ChannelSettings& settings, const SampleLayout& layout) {
   if (layout.value_bands != 1)
     return fail(ErrorCode::kUnsupported,
-                "a sensor layer is of one band, found " + std::to_string(layout.value_bands) + "; choose with --bands");
+                "a sensor layer is of one band, found " + std::to_string(layout.value_bands) + "; choose with `bands`");
   if (layout.range)
     return fail(ErrorCode::kUnsupported,
                 "a sensor layer has no black and white to be given as a range; say what samples are worth with "
-                "--input-scale and --input-offset");
+                "`input-scale` and `input-offset`");
   if (settings.options.contains("basis")) return make_thermal_codec(settings, layout);
   if (settings.options.contains("components"))
-    return fail(ErrorCode::kUsage, "option components: it is the number of curves of a thermal library; name that with --basis FILE");
+    return fail(ErrorCode::kUsage, "option components: it is the number of curves of a thermal library; name that with `basis` FILE");
   if (!is_known_format(settings.format))
     return fail(ErrorCode::kUnsupported, "a sensor layer cannot be stored as " + std::string(format_info(settings.format).name) +
                                              ", which is for colours; use r32f, r16f, r16 or bc4");
   VT_ASSIGN(SensorQuantity quantity, sensor_quantity(settings.options, layout));
   if (needs_span(settings.format) && !quantity.span)
     return fail(ErrorCode::kUsage, std::string("codes of ") + std::string(format_info(settings.format).name) +
-                                       " need to know what they span; give --span LOW,HIGH in " +
+                                       " need to know what they span; give `span` LOW,HIGH in " +
                                        (quantity.unit.empty() ? "the unit of what is stored" : quantity.unit) + ", or use r32f");
   return std::make_unique<const SensorCodec>(layout, std::move(quantity), settings.format, settings.samples_are_wide);
 }
@@ -305,8 +305,8 @@ constexpr auto kOptions = std::to_array<OptionInfo>({
     {"band", "LOW,HIGH", "edges of the sensor's band in micrometres"},
     {"response", "FILE", "the sensor's relative response over wavelength, CSV or JSON; a band cuts it", true},
     {"store", "radiance|temperature", "what is stored of a thermal input; temperatures are those of the mean radiance (default: radiance)"},
-    {"input-scale", "FACTOR", "value = offset + scale * sample, in --input-unit (default: what the file declares for the band, else 1)"},
-    {"input-offset", "VALUE", "value of the sample 0, see --input-scale (default: what the file declares, else 0)"},
+    {"input-scale", "FACTOR", "value = offset + scale * sample, in `input-unit` (default: what the file declares for the band, else 1)"},
+    {"input-offset", "VALUE", "value of the sample 0, see `input-scale` (default: what the file declares, else 0)"},
     {"input-unit", "TEXT",
      "unit of the input's values: K, C or F of temperatures, 1 or % of ratios, W/(m2 sr) of radiance in a band (default: what the file "
      "declares)"},

@@ -142,8 +142,8 @@ Result<SensorQuantity> sensor_quantity(const Options& options, const SampleLayou
   const bool is_thermal = !is_ratio(quantity.kind);
   if (response.empty() && (quantity.kind == Kind::kTemperature || quantity.stores_temperature))
     return fail(ErrorCode::kUsage,
-                "temperatures average as radiance in a band; give it with --band LOW,HIGH in micrometres, for example "
-                "--band 8,12, or as a table with --response FILE");
+                "temperatures average as radiance in a band; give it with `band` LOW,HIGH in micrometres, for example "
+                "`band` 8,12, or as a table with `response` FILE");
   // A band of reflected light says nothing of temperatures.
   if (!response.empty() && is_thermal) quantity.band = std::make_shared<const BandRadiance>(response);
 

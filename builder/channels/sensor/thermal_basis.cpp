@@ -100,8 +100,8 @@ Result<ThermalLibrary> parse_thermal_library(std::string_view library_text, cons
   const bool is_temperature = kind == "temperature";
   if (is_temperature && band == nullptr)
     return fail(ErrorCode::kUsage,
-                "thermal library: temperatures mix as radiance in a band; give it with --band LOW,HIGH in micrometres, "
-                "for example --band 8,12, or as a table with --response FILE");
+                "thermal library: temperatures mix as radiance in a band; give it with `band` LOW,HIGH in micrometres, "
+                "for example `band` 8,12, or as a table with `response` FILE");
   ThermalLibrary library;
   VT_ASSIGN(library.hours, hours_in(json));
   if (!json.contains("classes") || !json["classes"].is_array() || json["classes"].empty() || json["classes"].size() > kMostClasses)

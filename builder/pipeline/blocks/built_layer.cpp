@@ -68,7 +68,7 @@ Result<void> check_carry_size(const LayerPlan& plan) {
   if (bytes <= store::kMaxRawBytes) return {};
   return fail(ErrorCode::kUsage, "layer '" + plan.info.name + "' has " + std::to_string(plan.codec->planes()) +
                                      " numbers a texel, which is too much for tiles of " + std::to_string(plan.info.tile_texels()) +
-                                     "; use a smaller --tile");
+                                     "; use a smaller `tile`");
 }
 
 // A layer that was never finished is in nobody's way: what an interrupted build has come to is kept for the command that began it, but a
@@ -88,18 +88,19 @@ Result<BuiltLayer> open_existing(const store::StoreWriter& writer, const LayerPl
   BuiltLayer layer;
   layer.was_there = true;
   if (!state.is_ours || without_sources(state.settings) != without_sources(plan.settings))
-    return fail(ErrorCode::kExists, state.is_ours && !state.was_complete
-                                        ? "the store has an unfinished layer '" + plan.info.name +
-                                              "' that was begun with other settings; finish it by the command that began it, remove it "
-                                              "(vtbuild remove), or choose another --name or another store"
-                                        : "the store already has a layer '" + plan.info.name +
-                                              "' that was built with other settings; remove it, or choose another --name or another store");
+    return fail(ErrorCode::kExists,
+                state.is_ours && !state.was_complete
+                    ? "the store has an unfinished layer '" + plan.info.name +
+                          "' that was begun with other settings; finish it by the command that began it, remove the layer, "
+                          "or choose another `name` or another store"
+                    : "the store already has a layer '" + plan.info.name +
+                          "' that was built with other settings; remove the layer, or choose another `name` or another store");
   layer.was_complete = state.was_complete;
   layer.sources_differ = state.settings != plan.settings;
   if (layer.sources_differ && !may_differ_in_sources && state.was_complete)
     return fail(ErrorCode::kExists, "the store already has a layer '" + plan.info.name +
-                                        "' that was built from other sources, or they have changed since; update it (--update), or "
-                                        "choose another --name or another store");
+                                        "' that was built from other sources, or they have changed since; update it (`update`), or "
+                                        "choose another `name` or another store");
   if (layer.sources_differ && !may_differ_in_sources)
     layer.remark =
         "layer '" + plan.info.name + "' was never finished, and its sources have changed since; what was built of it is compared with them";

@@ -241,13 +241,13 @@ Result<std::vector<int>> choose_block_levels(std::span<const LayerPlan> plans, i
     return std::ranges::all_of(plans, [&](const LayerPlan& plan) { return widest_fit(plan, workers, memory_bytes).has_value(); });
   };
   const auto greediest = std::ranges::max_element(plans, {}, [&](const LayerPlan& plan) { return enough_memory(plan, threads); });
-  std::string message = "--memory " + mebibytes(memory_bytes) + " is too little for layer '" + greediest->info.name + "' with " +
-                        std::to_string(threads) + (threads == 1 ? " thread" : " threads") + "; it needs --memory " +
+  std::string message = "`memory` " + mebibytes(memory_bytes) + " is too little for layer '" + greediest->info.name + "' with " +
+                        std::to_string(threads) + (threads == 1 ? " thread" : " threads") + "; it needs `memory` " +
                         mebibytes(enough(threads));
   int fewer = threads - 1;
   while (fewer >= 1 && !fit_all(fewer)) --fewer;
-  if (fewer >= 1) message += ", or --threads " + std::to_string(fewer);
-  if (fewer < 1 && threads > 1) message += ", or at least --memory " + mebibytes(enough(1)) + " with --threads 1";
+  if (fewer >= 1) message += ", or `threads` " + std::to_string(fewer);
+  if (fewer < 1 && threads > 1) message += ", or at least `memory` " + mebibytes(enough(1)) + " with `threads` 1";
   return fail(ErrorCode::kUsage, message);
 }
 

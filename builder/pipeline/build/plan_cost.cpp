@@ -101,7 +101,7 @@ PlanEstimate estimate_cost(const LayerPlan& plan, int block_levels, int threads,
                                : all_are_measured ? "the upper end of what photographs and terrain models gave at zstd:3"
                                                   : "formats that were not measured count as they are before compression") +
                    "; no tile is empty; " +
-                   (rate_is_given ? "the rate as given" : "10 million texels a second and thread, measure yours and give it with --rate");
+                   (rate_is_given ? "the rate as given" : "10 million texels a second and thread, measure yours and give it with `rate`");
   return estimate;
 }
 

@@ -16,7 +16,7 @@ int thread_count(int requested) { return requested > 0 ? requested : std::max(1,
 
 Error error_of(const std::exception& problem) {
   if (dynamic_cast<const std::bad_alloc*>(&problem) != nullptr)
-    return {ErrorCode::kIo, "not enough memory; less of it (--memory) and fewer threads (--threads) need less"};
+    return {ErrorCode::kIo, "not enough memory; less of it (`memory`) and fewer threads (`threads`) need less"};
   if (dynamic_cast<const std::system_error*>(&problem) != nullptr)
     return {ErrorCode::kIo, std::string("the system refused something that is needed: ") + problem.what()};
   return {ErrorCode::kInternal, problem.what()};

@@ -208,7 +208,7 @@ namespace {
 Result<void> check_asked_crs(const LayerRequest& request, const std::optional<DatasetFrame>& frame) {
   if (!frame || !request.crs || frame->crs.same_coordinates(*request.crs)) return {};
   return fail(ErrorCode::kUsage,
-              "the store is in " + frame->crs.text() + ", a layer of it cannot be in " + request.crs->text() + "; leave --crs out");
+              "the store is in " + frame->crs.text() + ", a layer of it cannot be in " + request.crs->text() + "; leave `crs` out");
 }
 
 // The grid, the size and the place in the store.

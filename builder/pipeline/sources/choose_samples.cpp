@@ -89,7 +89,7 @@ Result<Bands> choose_bands(const LayerRequest& request, const OpenSource& source
     if (kind.has_one_value && static_cast<int>(candidates.size()) > wanted)
       return fail(ErrorCode::kInvalidData, source.request.path.string() + ": has " + std::to_string(candidates.size()) +
                                                " bands of values, and " + channels::channel_name(request.channel) +
-                                               " takes one; say which with --bands, for example --bands 1");
+                                               " takes one; say which with `bands`, for example `bands` 1");
     bands.values = first_bands(info, candidates, wanted);
   }
   // The mask of each band counts for all: that of a band that is not wanted would hide data.
@@ -98,7 +98,7 @@ Result<Bands> choose_bands(const LayerRequest& request, const OpenSource& source
     return fail(ErrorCode::kUnsupported,
                 source.request.path.string() + ": has a mask for each of " + std::to_string(info.mask_bands) +
                     " bands, of which the layer takes " + std::to_string(value_count) +
-                    "; write those with their own mask into a new file, for example with gdal_translate -b 1 -mask 1, or say --alpha none");
+                    "; write those with their own mask into a new file, for example with gdal_translate -b 1 -mask 1, or say `alpha` none");
   std::erase(bands.values, bands.coverage);  // a coverage band that was named among the others is not taken twice
   return bands;
 }

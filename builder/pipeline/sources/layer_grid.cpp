@@ -109,7 +109,7 @@ Result<Bounds> bounds_in(const geo::Crs& crs, const OpenSource& source) {
     return fail(ErrorCode::kInvalidData, source.request.path.string() + ": cannot be placed in " + crs.text() +
                                              ": it reaches to the far side of the Earth, more than " +
                                              std::to_string(std::lround(near->reach_deg)) + " degrees from its central meridian; " +
-                                             "--area says which part of it is wanted");
+                                             "`area` says which part of it is wanted");
   add_poles(crs, source, bounds);
   return bounds;
 }
@@ -151,7 +151,7 @@ Result<void> set_size(const Bounds& bounds, LayerInfo& info) {
   const double limit = std::ldexp(1.0, kMaxVtExponent);
   if (!(columns > 0.0) || !(rows > 0.0) || columns > limit || rows > limit)
     return fail(ErrorCode::kInvalidData, "the finest level would have " + std::to_string(columns) + " x " + std::to_string(rows) +
-                                             " texels; 1 to 2^31 are possible. Check --gsd, --crs, --area and --extent");
+                                             " texels; 1 to 2^31 are possible. Check `gsd`, `crs`, `area` and `extent`");
   info.data.width = std::max<std::int64_t>(1, static_cast<std::int64_t>(std::ceil(columns - kGridTolerance)));
   info.data.height = std::max<std::int64_t>(1, static_cast<std::int64_t>(std::ceil(rows - kGridTolerance)));
   const std::int64_t longest = std::max(info.data.width, info.data.height);

@@ -72,7 +72,7 @@ Result<OpenSource> open_source(const SourceRequest& request, ChannelType channel
   if (!info.has_transform && !is_pixel) {
     const std::string why =
         info.place_problem.empty() ? std::string("the file does not say where it lies; give") : info.place_problem + "; or give";
-    return fail(ErrorCode::kInvalidData, request.path.string() + ": " + why + " --extent WEST,SOUTH,EAST,NORTH in units of " + crs.text());
+    return fail(ErrorCode::kInvalidData, request.path.string() + ": " + why + " `extent` WEST,SOUTH,EAST,NORTH in units of " + crs.text());
   }
   VT_ASSIGN(std::string fingerprint, content_fingerprint(request.path));
   for (const std::filesystem::path& companion : info.companions) {

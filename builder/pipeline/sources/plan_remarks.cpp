@@ -72,7 +72,7 @@ std::string bands_taken(const OpenSource& source, const resample::PlacedSource& 
   for (std::size_t i = 0; i < values.size(); ++i)
     names += (i == 0 ? "" : i + 1 == values.size() ? " and " : ", ") + std::to_string(values[i] + 1);
   return (values.size() == 1 ? "band " : "bands ") + names + " of " + std::to_string(info.bands) + (values.size() == 1 ? " is" : " are") +
-         " taken; --bands names others";
+         " taken; `bands` names others";
 }
 
 // What the file holds that counts in another way, or not at all.
@@ -169,7 +169,7 @@ void remark_on(const LayerRequest& request, const geo::Crs& crs, const std::vect
                 " cannot store, what is clear shows its neighbours' colour; to keep it use " +
                 (request.format == TexelFormat::kBc1 ? "bc3 or bc7" : "rgba8"));
     if (kind.has_black_and_white && info.sample_type == SampleType::kUint16 && !placed.layout.value_full_scale && !request.range)
-      ranges.add(path + ": 0 is taken as black and 65535 as white; if the picture comes out dark, give --range LOW,HIGH");
+      ranges.add(path + ": 0 is taken as black and 65535 as white; if the picture comes out dark, give `range` LOW,HIGH");
   }
   shared.append_to(warnings);
   for (Remarks* remarks : {&outside, &resampled, &moved, &clear, &ranges}) remarks->append_to(warnings);

@@ -58,7 +58,7 @@ tl::unexpected<Error> unknown_crs(const SourceRequest& request, const RasterInfo
       given ? fmt::format("; it is not taken for {}, because a CRS that a file declares counts", given->text()) : "";
   return fail(
       ErrorCode::kUnsupported,
-      fmt::format("{}: is in {}, which cannot be read: {}{}; {}; or, if the file is wrong about it, say what it is in with --source-crs "
+      fmt::format("{}: is in {}, which cannot be read: {}{}; {}; or, if the file is wrong about it, say what it is in with `source-crs` "
                   "EPSG:nnnn (\"source_crs\" in a scene file)",
                   request.path.string(), info.declared_crs_text, info.crs_problem, not_overruled, reproject_text(request, info)));
 }
@@ -66,14 +66,14 @@ tl::unexpected<Error> unknown_crs(const SourceRequest& request, const RasterInfo
 tl::unexpected<Error> no_crs(const SourceRequest& request, const RasterInfo& info) {
   const bool may_be_degrees = !info.has_transform || are_degrees(info, info.transform);
   const std::string example = may_be_degrees
-                                  ? "--crs EPSG:4326"
-                                  : fmt::format("--crs EPSG:32633 for UTM zone 33 north: its coordinates ({}) are lengths and no degrees",
+                                  ? "`crs` EPSG:4326"
+                                  : fmt::format("`crs` EPSG:32633 for UTM zone 33 north: its coordinates ({}) are lengths and no degrees",
                                                 extent_text(bounds_of_samples(info, info.transform, 0.5)));
   return fail(
       ErrorCode::kInvalidData,
-      fmt::format("{}: no coordinate reference system in the file; give the one that it is in, for example {}{}, or --crs pixel for a "
+      fmt::format("{}: no coordinate reference system in the file; give the one that it is in, for example {}{}, or `crs` pixel for a "
                   "picture without a place on the ground (\"crs\" of the source in a scene file)",
-                  request.path.string(), example, info.has_transform ? "" : " --extent WEST,SOUTH,EAST,NORTH"));
+                  request.path.string(), example, info.has_transform ? "" : " `extent` WEST,SOUTH,EAST,NORTH"));
 }
 
 }  // namespace
@@ -99,7 +99,7 @@ Result<void> check_place(const OpenSource& source) {
   if (source.crs.kind() == geo::CrsKind::kPixel) return {};
   const Bounds extent = bounds_of_samples(info, source.transform, 0.5);
   const std::string path = source.request.path.string();
-  const char* const option = source.request.crs || info.declared_crs ? "--source-crs" : "--crs";
+  const char* const option = source.request.crs || info.declared_crs ? "`source-crs`" : "`crs`";
   if (source.crs.kind() == geo::CrsKind::kGeographic) {
     if (are_degrees(info, source.transform)) return {};
     const bool are_lengths = std::max({-extent.west, extent.east, -extent.south, extent.north}) > 2 * kFarthestLongitudeDeg;
@@ -110,7 +110,7 @@ Result<void> check_place(const OpenSource& source) {
         fmt::format("{}: {} are no longitudes and latitudes in degrees, as {} counts them{}", path, extent_text(extent), source.crs.text(),
                     are_lengths     ? fmt::format("; they look like metres: say which projected CRS they are in with {} EPSG:nnnn", option)
                     : are_exchanged ? std::string("; are x and y exchanged? x is the longitude")
-                                    : std::string("; check the place that the file or --extent gives")));
+                                    : std::string("; check the place that the file or `extent` gives")));
   }
   const Point2 centre{(extent.west + extent.east) / 2, (extent.south + extent.north) / 2};
   const auto lonlat = source.crs.unwrapped_lonlat_from_crs(centre);

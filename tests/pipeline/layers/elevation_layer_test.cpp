@@ -262,7 +262,7 @@ TEST(ElevationLayer, HeightsThatDoNotFitStopTheBuildAndAreNamed) {
   ASSERT_FALSE(report.has_value());
   EXPECT_EQ(report.error().code, ErrorCode::kInvalidData);
   EXPECT_NE(report.error().message.find("1234.5"), std::string::npos) << report.error().message;
-  EXPECT_NE(report.error().message.find("--range"), std::string::npos) << report.error().message;
+  EXPECT_NE(report.error().message.find("`range`"), std::string::npos) << report.error().message;
   EXPECT_NE(report.error().message.find("row 20"), std::string::npos) << report.error().message;
 }
 

@@ -227,7 +227,7 @@ TEST(IlluminationLayer, AnUpdateKeepsTheScaleThatTheLayerHas) {
   const BuildReport chosen = build(folder / "b.vts", request);
   EXPECT_EQ(store::StoreReader::open(folder / "b.vts")->find_layer("illumination")->components[0].scale, 0.5);
   ASSERT_FALSE(chosen.remarks.empty());
-  EXPECT_NE(chosen.remarks.back().find("rgba16f stores nothing in this layer; give a smaller --stored-scale"), std::string::npos)
+  EXPECT_NE(chosen.remarks.back().find("rgba16f stores nothing in this layer; give a smaller `stored-scale`"), std::string::npos)
       << chosen.remarks.back();
 }
 
@@ -241,7 +241,7 @@ TEST(IlluminationLayer, AnInfiniteSumIsAnErrorThatSaysWhatToDo) {
     const auto failed = try_build(folder / (std::string(format_info(format).name) + ".vts"), request);
     ASSERT_FALSE(failed.has_value()) << format_info(format).name;
     EXPECT_EQ(failed.error().code, ErrorCode::kInvalidData);
-    EXPECT_NE(failed.error().message.find("--nodata"), std::string::npos) << failed.error().message;
+    EXPECT_NE(failed.error().message.find("`nodata`"), std::string::npos) << failed.error().message;
   }
 }
 

@@ -126,7 +126,7 @@ TEST(SensorLayer, AnInfiniteSumIsAnErrorThatSaysWhatToDo) {
     const auto built_one = try_build(folder / (std::string(format_info(format).name) + ".vts"), request);
     ASSERT_FALSE(built_one.has_value()) << format_info(format).name;
     EXPECT_EQ(built_one.error().code, ErrorCode::kInvalidData);
-    EXPECT_NE(built_one.error().message.find("too large to add; if they are none, say with --nodata"), std::string::npos)
+    EXPECT_NE(built_one.error().message.find("too large to add; if they are none, say with `nodata`"), std::string::npos)
         << built_one.error().message;
   }
   // What it says helps.
@@ -185,8 +185,8 @@ TEST(SensorLayer, WhatIsCutOffIsSaidWhileBuilding) {
   request.format = TexelFormat::kR16;
   request.options = {{"quantity", "reflectance"}};
   const std::string wanted =
-      "layer 'sensor': in 101 texels of the finest level (first in 250,0) the value lies outside 0 to 1, what --span gives r16, and the "
-      "nearer end is stored; give a wider --span, or use r32f";
+      "layer 'sensor': in 101 texels of the finest level (first in 250,0) the value lies outside 0 to 1, what `span` gives r16, and the "
+      "nearer end is stored; give a wider `span`, or use r32f";
   for (const int block_levels : {1, 4}) {
     const auto path = folder / ("whole" + std::to_string(block_levels) + ".vts");
     EXPECT_EQ(build(path, request, {.block_levels = block_levels}).remarks, std::vector<std::string>{wanted});
