@@ -7,6 +7,7 @@
 #include "builder/pipeline/blocks/block_marks.h"
 #include "builder/pipeline/blocks/block_quality.h"
 #include "builder/pipeline/plan/build_state.h"
+#include "builder/pipeline/plan/settings_difference.h"
 #include "builder/text/json_text.h"
 
 namespace vt::pipeline {
@@ -83,18 +84,22 @@ Result<bool> gives_way(const store::StoreWriter& writer, const LayerPlan& plan, 
   return !has_built;
 }
 
+// Why a layer that is there cannot be gone on with.
+std::string other_settings(const LayerPlan& plan, const BuildState& state) {
+  const std::string difference = state.is_ours ? " (" + settings_difference(state.settings, plan.settings) + ")" : std::string();
+  if (state.is_ours && !state.was_complete)
+    return "the store has an unfinished layer '" + plan.info.name + "' that was begun with other settings" + difference +
+           "; finish it by the command that began it, remove the layer, or choose another `name` or another store";
+  return "the store already has a layer '" + plan.info.name + "' that was built with other settings" + difference +
+         "; remove the layer, or choose another `name` or another store";
+}
+
 Result<BuiltLayer> open_existing(const store::StoreWriter& writer, const LayerPlan& plan, const LayerInfo& existing,
                                  const BuildState& state, bool may_differ_in_sources) {
   BuiltLayer layer;
   layer.was_there = true;
   if (!state.is_ours || without_sources(state.settings) != without_sources(plan.settings))
-    return fail(ErrorCode::kExists,
-                state.is_ours && !state.was_complete
-                    ? "the store has an unfinished layer '" + plan.info.name +
-                          "' that was begun with other settings; finish it by the command that began it, remove the layer, "
-                          "or choose another `name` or another store"
-                    : "the store already has a layer '" + plan.info.name +
-                          "' that was built with other settings; remove the layer, or choose another `name` or another store");
+    return fail(ErrorCode::kExists, other_settings(plan, state));
   layer.was_complete = state.was_complete;
   layer.sources_differ = state.settings != plan.settings;
   if (layer.sources_differ && !may_differ_in_sources && state.was_complete)
