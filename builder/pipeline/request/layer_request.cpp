@@ -2,6 +2,8 @@
 
 #include <charconv>
 
+#include "builder/text/number_text.h"
+
 namespace vt::pipeline {
 
 Result<CoverageChoice> coverage_choice_from(std::string_view text) {
@@ -12,6 +14,12 @@ Result<CoverageChoice> coverage_choice_from(std::string_view text) {
   if (status == std::errc{} && end == text.data() + text.size() && band >= 1)
     return CoverageChoice{.kind = CoverageChoice::Kind::kBand, .band = band};
   return fail(ErrorCode::kUsage, "coverage comes from auto, none or the number of a band, not from '" + std::string(text) + "'");
+}
+
+Result<void> check_range(const LayerRequest& request) {
+  if (!request.range || (*request.range)[0] < (*request.range)[1]) return {};
+  return fail(ErrorCode::kUsage, "layer '" + request.name + "': `range` is LOW,HIGH, and " + text::number_text((*request.range)[0]) +
+                                     " does not lie below " + text::number_text((*request.range)[1]));
 }
 
 }  // namespace vt::pipeline

@@ -73,4 +73,7 @@ struct LayerRequest {
   std::optional<ExpectedSamples> expected;     // for a plan without sources
 };
 
+// kUsage: the range does not go upwards. Stores that were built before this was refused are updated all the same.
+[[nodiscard]] Result<void> check_range(const LayerRequest& request);
+
 }  // namespace vt::pipeline

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <filesystem>
-#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
 #include <vector>
@@ -16,14 +15,12 @@ struct Scene {
   std::string name;
   std::optional<geo::Crs> crs;
   std::optional<Area> area;
-  std::vector<LayerRequest> layers;
+  std::vector<LayerRequest> layers;  // as they can be planned
+  std::vector<LayerRequest> asked;   // the same as they stand in the file, see expand_request.h; paths are relative to the file
 };
 
 // Paths in the file are relative to the file. kIo when it cannot be read; kInvalidData names the JSON path, what was found and what is
 // wanted.
 [[nodiscard]] Result<Scene> read_scene(const std::filesystem::path& path);
-
-// The check alone. `where` names the document in messages.
-[[nodiscard]] Result<void> check_against_dataset_schema(const nlohmann::json& document, const std::string& where);
 
 }  // namespace vt::pipeline
