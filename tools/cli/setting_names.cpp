@@ -11,7 +11,8 @@ bool is_setting_name(std::string_view name) {
   return !name.empty() && std::ranges::all_of(name, [](char c) { return (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') || c == '-'; });
 }
 
-// `text` with what `replacement` gives for each backquoted name, quotes and all. An empty string leaves the name as it is.
+// `text` with what `replacement` gives for each backquoted name, quotes and all. An empty string leaves the
+// name as it is.
 std::string with_names_replaced(std::string_view text, const std::function<std::string(std::string_view)>& replacement) {
   std::string result;
   while (true) {

@@ -1,5 +1,6 @@
-// The names of settings in what a program prints. A message of a library names a setting in backquotes, `bands`, because the same library
-// serves scene files and other programs; a program shows its user the flag, --bands. Pure functions, any thread.
+// The names of settings in what a program prints. A message of a library names a setting in backquotes,
+// `bands`, because the same library serves scene files and other programs; a program shows its user the flag,
+// --bands. Pure functions, any thread.
 #pragma once
 
 #include <span>
@@ -13,11 +14,11 @@ class App;
 
 namespace vt::cli {
 
-// `text` with every backquoted name that is an option of `command` as that flag: "choose with `bands`" becomes "choose with --bands".
-// Other names stay as they are.
+// `text` with every backquoted name that is an option of `command` as that flag: "choose with `bands`"
+// becomes "choose with --bands". Other names stay as they are.
 [[nodiscard]] std::string with_flags(std::string_view text, const CLI::App& command);
 
-// The same of the help of all options of `command`.
+// Does the same in the help of all options of `command`.
 void put_flags_in_help(CLI::App& command);
 
 // Settings that another place calls by other names, as pairs of both.

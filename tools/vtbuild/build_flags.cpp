@@ -9,6 +9,8 @@
 #include "builder/pipeline/blocks/dataset_store.h"
 #include "builder/pipeline/build/build_memory.h"
 #include "builder/pipeline/parallel/parallel.h"
+#include "builder/pipeline/plan/build_state.h"
+#include "builder/pipeline/plan/settings_difference.h"
 #include "tools/cli/setting_names.h"
 #include "tools/vtbuild/print_plan.h"
 #include "tools/vtbuild/print_report.h"
@@ -37,6 +39,14 @@ void BuildFlags::add_to(CLI::App& app) {
 
 std::string BuildFlags::in_flags(std::string_view message) const {
   return command == nullptr ? std::string(message) : cli::with_flags(message, *command);
+}
+
+void BuildFlags::put_document(nlohmann::ordered_json document) const {
+  if (documents) {
+    documents->push_back(std::move(document));
+  } else {
+    cli::print_json(document);
+  }
 }
 
 Result<std::size_t> parse_bytes(const std::string& text) {
@@ -110,6 +120,25 @@ void remove_if_empty(const store::StoreWriter& writer, const std::filesystem::pa
   if (std::filesystem::remove(path, problem)) cli::print_note("vtbuild", path.string() + " is not kept, since nothing was built");
 }
 
+// What an update would find, as far as can be told without reading samples.
+std::string update_outlook(const pipeline::LayerPlan& plan, const std::optional<pipeline::DatasetFrame>& frame) {
+  const std::string layer = "layer '" + plan.info.name + "': ";
+  if (!frame || !frame->layers.contains(plan.info.name)) return layer + "is not in the store; all of it would be built";
+  if (plan.settings.is_null()) return layer + "its sources are not there, so nothing can be said of what has changed";
+  const pipeline::BuildState state = pipeline::state_of(frame->layers.at(plan.info.name));
+  if (!state.is_ours) return layer + "does not say what it was built with, and an update refuses it";
+  const std::string settings = pipeline::settings_difference(state.settings, plan.settings);
+  if (!settings.empty()) return layer + "was built with other settings (" + settings + "), which an update refuses";
+  const std::string sources =
+      pipeline::source_difference(state.settings.value("sources", nlohmann::ordered_json()), plan.settings["sources"]);
+  return layer +
+         (sources.empty() ? "by a look at a few pieces of each file its sources are as they were"
+                          : "its sources differ from those that it was built from (" + sources + ")") +
+         "; a plan reads no samples: an update compares all of them and builds again only the blocks where they have changed. What follows "
+         "is "
+         "the plan of all of the layer";
+}
+
 }  // namespace
 
 Result<int> build_layers(const std::filesystem::path& path, std::vector<pipeline::LayerPlan> plans, const Area& area,
@@ -117,6 +146,10 @@ Result<int> build_layers(const std::filesystem::path& path, std::vector<pipeline
   VT_ASSIGN(const std::size_t memory, flags.memory_bytes());
   VT_ASSIGN(const cli::ProgressMode mode, flags.progress_mode());
   const int threads = pipeline::thread_count(flags.threads);
+  if (flags.dry_run && flags.update) {
+    VT_ASSIGN(const auto frame, pipeline::existing_frame(path));
+    for (pipeline::LayerPlan& plan : plans) plan.warnings.push_back(update_outlook(plan, frame));
+  }
   for (pipeline::LayerPlan& plan : plans)
     for (std::string& warning : plan.warnings) {
       warning = flags.in_flags(warning);
@@ -139,7 +172,7 @@ Result<int> build_layers(const std::filesystem::path& path, std::vector<pipeline
   for (const std::string& doubt : plan_doubts(plans, block_levels, context)) cli::print_note("vtbuild", doubt);
   if (flags.dry_run) {
     if (flags.json) {
-      cli::print_json(plan_json(path, plans, block_levels, context));
+      flags.put_document(plan_json(path, plans, block_levels, context));
     } else {
       for (std::size_t i = 0; i < plans.size(); ++i) print_plan(plans[i], block_levels[i], context);
     }
@@ -153,7 +186,6 @@ Result<int> build_layers(const std::filesystem::path& path, std::vector<pipeline
   nlohmann::ordered_json layers = nlohmann::ordered_json::array();
   for (std::size_t i = 0; i < plans.size(); ++i) {
     pipeline::LayerPlan& plan = plans[i];
-    plan.recipe = flags.recipe;
     const pipeline::BuildOptions options{.threads = threads,
                                          .memory_bytes = memory,
                                          .block_levels = block_levels[i],
@@ -178,11 +210,7 @@ Result<int> build_layers(const std::filesystem::path& path, std::vector<pipeline
     }
   }
   VT_CHECK(writer.finish());
-  if (flags.report) {
-    for (auto& layer : layers) flags.report->push_back(std::move(layer));
-  } else if (flags.json) {
-    cli::print_json(report_document(path.string(), std::move(layers)));
-  }
+  if (flags.json) flags.put_document(report_document(path.string(), std::move(layers)));
   return 0;
 }
 

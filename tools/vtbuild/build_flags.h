@@ -28,14 +28,15 @@ struct BuildFlags {
   bool json = false;
   bool dry_run = false;
   double megatexels_per_second = 0.0;  // for --dry-run; 0: not given
-  nlohmann::ordered_json recipe;       // see recipe.h; kept with the layers
-  // With --json: layers are added to this document instead of being printed as one of their own.
-  std::shared_ptr<nlohmann::ordered_json> report;
+  // With --json: what would be printed as a document of its own is added to these instead.
+  std::shared_ptr<std::vector<nlohmann::ordered_json>> documents;
   const CLI::App* command = nullptr;  // whose flags these are, see add_to()
 
   void add_to(CLI::App& app);
   // A library's message with the settings that it names as flags of the command.
   [[nodiscard]] std::string in_flags(std::string_view message) const;
+  // Prints what --json asks for, or adds it to `documents`.
+  void put_document(nlohmann::ordered_json document) const;
   // Parsed forms; kUsage when a text makes no sense.
   [[nodiscard]] Result<std::size_t> memory_bytes() const;
   [[nodiscard]] Result<cli::ProgressMode> progress_mode() const;
@@ -55,8 +56,8 @@ void print_leftovers(const std::vector<std::filesystem::path>& removed);
                                        const BuildFlags& flags);
 
 // Each adds its subcommand to the program and returns what to run when it was chosen.
-[[nodiscard]] std::function<Result<int>()> add_layer_command(CLI::App& app, std::shared_ptr<nlohmann::ordered_json> report = nullptr);
-[[nodiscard]] std::function<Result<int>()> add_dataset_command(CLI::App& app, std::shared_ptr<nlohmann::ordered_json> report = nullptr);
+[[nodiscard]] std::function<Result<int>()> add_layer_command(CLI::App& app);
+[[nodiscard]] std::function<Result<int>()> add_dataset_command(CLI::App& app);
 [[nodiscard]] std::function<Result<int>()> add_sample_command(CLI::App& app);
 [[nodiscard]] std::function<Result<int>()> add_update_command(CLI::App& app);
 [[nodiscard]] std::function<Result<int>()> add_pack_command(CLI::App& app);

@@ -2,9 +2,10 @@
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
-#include <system_error>
 
 #include "builder/channels/all_channels.h"
+#include "builder/pipeline/request/expand_request.h"
+#include "builder/pipeline/request/option_files.h"
 #include "builder/pipeline/request/scene_file.h"
 #include "builder/text/json_text.h"
 #include "tools/vtbuild/recipe.h"
@@ -14,56 +15,38 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-// The current folder for as long as this lives.
-class InFolder {
- public:
-  explicit InFolder(const std::filesystem::path& folder) : before_(std::filesystem::current_path()) {
-    std::filesystem::current_path(folder, problem_);
-  }
-  InFolder(const InFolder&) = delete;
-  InFolder& operator=(const InFolder&) = delete;
-  ~InFolder() {
-    std::error_code ignored;
-    std::filesystem::current_path(before_, ignored);
-  }
-  [[nodiscard]] const std::error_code& problem() const { return problem_; }
-
- private:
-  std::filesystem::path before_;
-  std::error_code problem_;
-};
-
-Result<pipeline::LayerRequest> scene_request(const std::filesystem::path& scene_file, const std::string& layer,
-                                             const std::filesystem::path& raster) {
+// The layer as the scene file describes it today: of stores that do not say how it did when they were built.
+Result<pipeline::LayerRequest> scene_layer(const std::filesystem::path& scene_file, const std::string& layer) {
   VT_ASSIGN(pipeline::Scene scene, pipeline::read_scene(scene_file));
   const auto found = std::ranges::find(scene.layers, layer, &pipeline::LayerRequest::name);
   if (found == scene.layers.end() || found->sources.empty())
     return fail(ErrorCode::kNotFound, scene_file.string() + ": has no layer \"" + layer + "\" with sources any more");
-  const auto source =
-      std::ranges::find_if(found->sources, [&](const pipeline::SourceRequest& one) { return one.path.filename() == raster.filename(); });
-  pipeline::SourceRequest chosen = source == found->sources.end() ? found->sources.front() : *source;
-  chosen.path = raster;
-  found->sources = {chosen};
-  return *found;
+  return std::move(*found);
 }
 
-Result<pipeline::LayerRequest> request_from_recipe(const Recipe& recipe, const std::string& layer, const pipeline::DatasetFrame& frame,
-                                                   const std::filesystem::path& raster) {
-  const InFolder folder(recipe.folder);
-  if (folder.problem())
-    return fail(ErrorCode::kIo,
-                recipe.folder.string() + ": the layer was built from this folder, and it cannot be entered: " + folder.problem().message());
-  if (recipe.arguments.front() == "layer") return layer_request_of(recipe.arguments, raster, frame);
-  // `dataset SCENE`, and options that begin with a dash; a scene that does so, too, comes behind "--".
-  auto scene = std::ranges::find(recipe.arguments, "--");
-  if (scene != recipe.arguments.end()) {
-    ++scene;
+// Whether a source that was asked for stands for a file of that name; a folder or a list that is gone stands
+// for none.
+bool stands_for(const pipeline::SourceRequest& asked, const std::filesystem::path& folder, const std::filesystem::path& name) {
+  if (asked.path.filename() == name) return true;
+  const auto files = pipeline::files_of(asked, folder);
+  return files && std::ranges::any_of(*files, [&](const pipeline::SourceRequest& one) { return one.path.filename() == name; });
+}
+
+Result<pipeline::LayerRequest> request_from_recipe(const Recipe& recipe, const std::string& layer, const std::filesystem::path& raster) {
+  pipeline::LayerRequest request;
+  if (recipe.asked) {
+    request = *recipe.asked;
+    VT_CHECK(pipeline::load_option_files(request.channel, recipe.folder, request.options));
   } else {
-    scene = std::find_if(recipe.arguments.begin() + 1, recipe.arguments.end(),
-                         [](const std::string& argument) { return !argument.starts_with('-'); });
+    VT_ASSIGN(request, scene_layer(recipe.folder / *recipe.scene, layer));
   }
-  if (scene == recipe.arguments.end()) return fail(ErrorCode::kInvalidData, "the command that the layer was built by names no scene");
-  return scene_request(*scene, layer, raster);
+  if (request.sources.empty()) return fail(ErrorCode::kNotFound, "the layer was asked for without sources");
+  const auto source = std::ranges::find_if(
+      request.sources, [&](const pipeline::SourceRequest& one) { return stands_for(one, recipe.folder, raster.filename()); });
+  pipeline::SourceRequest chosen = source == request.sources.end() ? request.sources.front() : *source;
+  chosen.path = raster;
+  request.sources = {chosen};
+  return request;
 }
 
 // Members of the settings that a request has, as far as they are there.
@@ -103,14 +86,13 @@ Result<pipeline::LayerRequest> request_from_settings(const LayerInfo& layer, con
 
 Result<pipeline::LayerRequest> built_request(const store::StoreReader& reader, const LayerInfo& layer, const pipeline::DatasetFrame& frame,
                                              const std::filesystem::path& raster) {
-  const std::filesystem::path whole = std::filesystem::absolute(raster);
   const Json metadata = text::json_or_null(layer.metadata_json);
   const Json settings = metadata.is_object() && metadata.contains("settings") ? metadata["settings"] : Json();
   const auto recipe = read_recipe(layer.metadata_json, reader.path());
-  auto request = recipe ? request_from_recipe(*recipe, layer.name, frame, whole) : request_from_settings(layer, settings, whole);
+  auto request = recipe ? request_from_recipe(*recipe, layer.name, raster) : request_from_settings(layer, settings, raster);
   if (!request && recipe) {
-    // What the command named may be gone; most of it is in the store as well.
-    auto known = request_from_settings(layer, settings, whole);
+    // What the request named may be gone; most of it is in the store as well.
+    auto known = request_from_settings(layer, settings, raster);
     if (known) request = std::move(known);
   }
   if (!request) return request;

@@ -145,6 +145,22 @@ Json plan_json(const std::filesystem::path& store, const std::vector<pipeline::L
   return document;
 }
 
+Json joined_plans(std::vector<Json> documents) {
+  Json all = std::move(documents.front());
+  for (std::size_t i = 1; i < documents.size(); ++i) {
+    const Json& more = documents[i];
+    for (const char* list : {"layers", "warnings"})
+      for (const Json& one : more[list]) all[list].push_back(one);
+    Json& total = all["total"];
+    for (const char* sum : {"tiles", "raw_bytes"}) total[sum] = total[sum].get<std::uint64_t>() + more["total"][sum].get<std::uint64_t>();
+    Json& estimate = total["estimate"];
+    const Json& more_estimate = more["total"]["estimate"];
+    estimate["file_bytes"] = estimate["file_bytes"].get<std::uint64_t>() + more_estimate["file_bytes"].get<std::uint64_t>();
+    estimate["seconds"] = estimate["seconds"].get<double>() + more_estimate["seconds"].get<double>();
+  }
+  return all;
+}
+
 std::vector<std::string> plan_doubts(const std::vector<pipeline::LayerPlan>& plans, const std::vector<int>& block_levels,
                                      const PlanContext& context) {
   std::vector<std::string> doubts;

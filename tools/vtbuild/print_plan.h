@@ -27,6 +27,9 @@ void print_plan(const pipeline::LayerPlan& plan, int block_levels, const PlanCon
 [[nodiscard]] nlohmann::ordered_json plan_json(const std::filesystem::path& store, const std::vector<pipeline::LayerPlan>& plans,
                                                const std::vector<int>& block_levels, const PlanContext& context);
 
+// One document of several of the same run: a store whose layers were asked for one by one.
+[[nodiscard]] nlohmann::ordered_json joined_plans(std::vector<nlohmann::ordered_json> documents);
+
 // Notes on plans that cannot be carried out as they are.
 [[nodiscard]] std::vector<std::string> plan_doubts(const std::vector<pipeline::LayerPlan>& plans, const std::vector<int>& block_levels,
                                                    const PlanContext& context);

@@ -1,86 +1,131 @@
 #include "tools/vtbuild/recipe.h"
 
+#include <CLI/CLI.hpp>
 #include <algorithm>
-#include <array>
-#include <string_view>
+#include <nlohmann/json.hpp>
+#include <vector>
 
+#include "builder/pipeline/request/request_json.h"
 #include "builder/text/json_text.h"
 #include "store/format/text.h"
+#include "tools/vtbuild/layer_flags.h"
 
 namespace vt::tools {
 namespace {
 
-constexpr std::string_view kStoreOption = "--output";
-constexpr std::array<std::string_view, 11> kWithoutEffect = {"--threads", "--memory", "--progress", "--checkpoint", "--block", "--stats",
-                                                             "--json",    "--update", "--dry-run",  "--help",       "--rate"};
+using Json = nlohmann::ordered_json;
 
-bool is_left_out(const std::string& name) {
-  return name == kStoreOption || std::ranges::find(kWithoutEffect, name) != kWithoutEffect.end();
+// Metadata are written with every checkpoint.
+constexpr std::size_t kMostSceneRequestBytes = std::size_t{256} << 10;
+
+Result<void> check_text(const Json& json) {
+  if (json.is_string() && !store::is_utf8(json.get_ref<const std::string&>()))
+    return fail(ErrorCode::kUsage, "\"" + json.get<std::string>() +
+                                       "\" is not UTF-8, and a store keeps as text how it was built; rename what is called so, or give "
+                                       "another name");
+  if (json.is_structured())
+    for (const Json& part : json) VT_CHECK(check_text(part));
+  return {};
 }
 
-// Among options it would be taken for one, or for a command.
-bool is_taken_for_something_else(const CLI::App& command, const std::string& value) {
-  const CLI::App& program = *command.get_parent();
-  return value.starts_with('-') || !program.get_subcommands([&](const CLI::App* one) { return one->get_name() == value; }).empty();
+// The absolute path of a folder, without a trailing slash.
+std::filesystem::path whole_path(const std::filesystem::path& folder) {
+  const std::filesystem::path path = std::filesystem::absolute(folder.empty() ? "." : folder).lexically_normal();
+  return path.has_filename() ? path : path.parent_path();
+}
+
+std::string folder_text(const std::filesystem::path& folder, const std::filesystem::path& store) {
+  const std::filesystem::path whole = whole_path(folder);
+  const std::filesystem::path relative = whole.lexically_relative(whole_path(store.parent_path()));
+  return (relative.empty() ? whole : relative).generic_string();
+}
+
+// ---- Command lines: what older stores hold ----
+
+// CLI11 takes arguments from the back.
+Result<void> parse(CLI::App& command, std::vector<std::string> arguments) {
+  std::ranges::reverse(arguments);
+  try {
+    command.parse(arguments);
+  } catch (const CLI::ParseError& problem) {
+    return fail(ErrorCode::kInvalidData, std::string("the command that it was built by is not understood: ") + problem.what());
+  }
+  return {};
+}
+
+// The arguments are the subcommand, then options as --name=value and inputs, which come behind "--" when they
+// might be taken for something else.
+Result<Recipe> recipe_of_arguments(std::vector<std::string> arguments) {
+  const std::string subcommand = arguments.front();
+  arguments.erase(arguments.begin());
+  Recipe recipe;
+  CLI::App command;
+  if (subcommand == "layer") {
+    LayerFlags flags;
+    flags.add_to(command);
+    VT_CHECK(parse(command, std::move(arguments)));
+    VT_ASSIGN(recipe.asked, asked_request(flags));
+  } else {
+    std::string scene;
+    command.add_option("SCENE", scene)->required();
+    VT_CHECK(parse(command, std::move(arguments)));
+    recipe.scene = scene;
+  }
+  return recipe;
+}
+
+Result<Recipe> recipe_of_request(const Json& json) {
+  Recipe recipe;
+  if (json.contains("scene")) recipe.scene = json["scene"].get<std::string>();
+  if (json.contains("request")) {
+    auto asked = pipeline::request_from_json(json["request"], "the request that it was built by");
+    // A scene is read again in any case.
+    if (!asked && !recipe.scene) return tl::unexpected(std::move(asked).error());
+    if (asked) recipe.asked = *std::move(asked);
+  }
+  return recipe;
+}
+
+bool are_arguments(const Json& json) {
+  return json.is_array() && !json.empty() && std::ranges::all_of(json, [](const Json& argument) { return argument.is_string(); }) &&
+         (json.front() == "layer" || json.front() == "dataset");
 }
 
 }  // namespace
 
-nlohmann::ordered_json recipe_of(const CLI::App& command, const std::filesystem::path& store) {
-  std::vector<std::string> arguments = {command.get_name()};
-  std::vector<std::string> inputs;
-  for (const CLI::Option* option : command.get_options()) {
-    if (option->count() == 0) continue;
-    const std::string name = option->get_lnames().empty() ? std::string() : "--" + option->get_lnames().front();
-    if (is_left_out(name)) continue;
-    for (const std::string& value : option->results()) {
-      if (name.empty()) {
-        inputs.push_back(value);
-      } else {
-        arguments.push_back(name + "=" + value);
-      }
-    }
-  }
-  const bool has_odd_input =
-      std::ranges::any_of(inputs, [&](const std::string& input) { return is_taken_for_something_else(command, input); });
-  if (has_odd_input) inputs.insert(inputs.begin(), "--");
-  arguments.insert(has_odd_input ? arguments.end() : arguments.begin() + 1, inputs.begin(), inputs.end());
-  const std::filesystem::path here = std::filesystem::current_path();
-  const std::filesystem::path store_folder = std::filesystem::absolute(store).lexically_normal().parent_path();
-  const std::filesystem::path folder = here.lexically_relative(store_folder);
-  return {{"arguments", arguments}, {"folder", (folder.empty() ? here : folder).generic_string()}};
+Result<Json> recipe_json(const pipeline::LayerRequest& asked, const std::filesystem::path& folder, const std::filesystem::path& store) {
+  Json recipe;
+  VT_ASSIGN(recipe["request"], pipeline::request_json(asked));
+  recipe["folder"] = folder_text(folder, store);
+  VT_CHECK(check_text(recipe));
+  return recipe;
 }
 
-Result<void> check_recipe(const nlohmann::ordered_json& recipe) {
-  const auto check = [](const nlohmann::ordered_json& text) -> Result<void> {
-    if (store::is_utf8(text.get_ref<const std::string&>())) return {};
-    return fail(ErrorCode::kUsage, "\"" + text.get<std::string>() +
-                                       "\" is not UTF-8, and a store keeps as text how it was built; rename what is called so, or give "
-                                       "another name");
-  };
-  for (const auto& argument : recipe["arguments"]) VT_CHECK(check(argument));
-  return check(recipe["folder"]);
+Result<Json> scene_recipe_json(const std::filesystem::path& scene, const pipeline::LayerRequest& asked, const std::filesystem::path& folder,
+                               const std::filesystem::path& store) {
+  Json recipe = {{"scene", scene.generic_string()}};
+  VT_CHECK(check_text(recipe));
+  VT_ASSIGN(Json request, pipeline::request_json(asked, scene.parent_path()));
+  VT_CHECK(check_text(request));
+  if (request.dump().size() <= kMostSceneRequestBytes) recipe["request"] = std::move(request);
+  recipe["folder"] = folder_text(folder, store);
+  VT_CHECK(check_text(recipe["folder"]));
+  return recipe;
 }
 
 Result<Recipe> read_recipe(const std::string& metadata_json, const std::filesystem::path& store) {
   const auto metadata = text::json_or_null(metadata_json);
-  const auto invalid = [&] {
+  const Json json = metadata.is_object() && metadata.contains("recipe") ? metadata["recipe"] : Json();
+  const auto is_text = [&](const char* name) { return json.contains(name) && json[name].is_string(); };
+  const bool is_request = json.is_object() && (is_text("scene") || json.contains("request"));
+  const bool is_command = json.is_object() && json.contains("arguments") && are_arguments(json["arguments"]);
+  if (!json.is_object() || !is_text("folder") || (!is_request && !is_command))
     return fail(ErrorCode::kInvalidData,
                 store.string() + ": does not say how its layers were built; run the command that built them again, with --update");
-  };
-  if (!metadata.is_object() || !metadata.contains("recipe")) return invalid();
-  const auto& json = metadata["recipe"];
-  if (!json.is_object() || !json.contains("arguments") || !json["arguments"].is_array() || !json.contains("folder") ||
-      !json["folder"].is_string())
-    return invalid();
-  Recipe recipe;
-  for (const auto& argument : json["arguments"]) {
-    if (!argument.is_string()) return invalid();
-    recipe.arguments.push_back(argument.get<std::string>());
-  }
-  // Nothing but the two commands that build layers is ever run from a store.
-  if (recipe.arguments.empty() || (recipe.arguments.front() != "layer" && recipe.arguments.front() != "dataset")) return invalid();
-  recipe.folder = (std::filesystem::absolute(store).parent_path() / json["folder"].get<std::string>()).lexically_normal();
+  auto recipe = is_request ? recipe_of_request(json) : recipe_of_arguments(json["arguments"].get<std::vector<std::string>>());
+  if (!recipe) return fail(recipe.error().code, store.string() + ": " + recipe.error().message);
+  recipe->folder = (store.parent_path() / json["folder"].get<std::string>()).lexically_normal();
+  if (recipe->folder == ".") recipe->folder.clear();
   return recipe;
 }
 
