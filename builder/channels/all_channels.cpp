@@ -62,6 +62,12 @@ std::string channel_name(ChannelType type) {
   return &kind == &kUnknownKind ? "channel " + std::to_string(static_cast<unsigned>(type)) : std::string(kind.name);
 }
 
+std::string channel_names() {
+  std::string names;
+  for (const ChannelKind* const kind : rows()) names += (names.empty() ? "" : ", ") + std::string(kind->name);
+  return names;
+}
+
 ExtraChannel::ExtraChannel(const ChannelKind& kind) {
   assert(static_cast<std::uint16_t>(kind.type) >= kFirstPrivateChannel);
   assert(&kind_of(kind.type) == &kUnknownKind && find_channel(kind.name) == nullptr);

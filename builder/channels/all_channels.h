@@ -18,6 +18,7 @@ namespace vt::channels {
 [[nodiscard]] const ChannelKind* find_channel(std::string_view name);  // null: there is none
 // For people, also of numbers that no row has: "color", "channel 4711".
 [[nodiscard]] std::string channel_name(ChannelType type);
+[[nodiscard]] std::string channel_names();  // all of them: "color, normal, ..."
 
 // A channel of a program's own, beside the rows of all_channels.cpp. Its number is from kFirstPrivateChannel on, and number and name are
 // its alone. One object of static lifetime in the program; `kind` outlives it.

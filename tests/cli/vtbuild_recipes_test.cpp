@@ -10,6 +10,7 @@
 #include "builder/pipeline/request/dataset_schema.h"
 #include "tests/cli/program_run.h"
 #include "tests/support/temp_folder.h"
+#include "tools/vtbuild/recipe.h"
 
 namespace vt::test {
 namespace {
@@ -50,7 +51,8 @@ class VtbuildRecipes : public testing::Test {
   json metadata_of(const std::string& store, const std::string& layer) {
     const Outcome outcome = run_program(VT_VTINSPECT, {"info", store, "--json"}, folder_.path());
     EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
-    for (const json& one : json::parse(outcome.out)["layers"])
+    const json document = json::parse(outcome.out, nullptr, false);
+    for (const json& one : document["layers"])
       if (one["name"] == layer) return one["metadata"];
     ADD_FAILURE() << store << " has no layer " << layer;
     return {};
@@ -232,6 +234,50 @@ TEST_F(VtbuildRecipes, ARangeThatGoesDownwardsIsRefused) {
   EXPECT_FALSE(std::filesystem::exists(folder_ / "data/x.vts"));
 }
 
+// Metadata may be anything.
+TEST(Recipe, WhatIsNotUnderstoodIsRefused) {
+  const auto read = [](const std::string& recipe) { return tools::read_recipe(R"({"recipe": )" + recipe + "}", "stores/a.vts"); };
+  for (const char* recipe : {"null", "[]", "{}", R"({"folder": "."})", R"({"folder": 1, "scene": "s"})", R"({"folder": ".", "scene": 1})",
+                             R"({"folder": ".", "request": 1})", R"({"folder": ".", "scene": 1, "request": {"name": "a"}})",
+                             R"({"folder": ".", "request": {"name": "a", "channel": "color", "sources": ["a.tif"], "tile": 100}})",
+                             R"({"folder": ".", "arguments": []})", R"({"folder": ".", "arguments": ["pack", "a.vts"]})",
+                             R"({"folder": ".", "arguments": ["layer", 1]})",
+                             R"({"folder": ".", "arguments": ["layer", "a.tif", "--channel=color", "--odd=1"]})",
+                             R"({"folder": ".", "arguments": ["dataset"]})", R"({"arguments": ["dataset", "S.json"]})"}) {
+    const auto refused = read(recipe);
+    ASSERT_FALSE(refused.has_value()) << recipe;
+    EXPECT_EQ(refused.error().code, ErrorCode::kInvalidData) << recipe << refused.error().message;
+    EXPECT_THAT(refused.error().message, HasSubstr("stores/a.vts"));
+  }
+  EXPECT_FALSE(tools::read_recipe("no JSON", "a.vts").has_value());
+}
+
+TEST(Recipe, OfEveryKindIsRead) {
+  const auto read = [](const std::string& recipe) { return tools::read_recipe(R"({"recipe": )" + recipe + "}", "stores/a.vts").value(); };
+  const tools::Recipe command =
+      read(R"({"folder": "../in", "arguments": ["layer", "--channel=color", "--alpha=associated,2", "--", "-a.tif"]})");
+  EXPECT_EQ(command.folder, "in");
+  EXPECT_EQ(command.asked->sources[0].path, "-a.tif");
+  EXPECT_EQ(command.asked->sources[0].coverage.band, 2);
+  EXPECT_EQ(command.asked->options.at("alpha"), "associated");
+  EXPECT_EQ(read(R"({"folder": "..", "arguments": ["dataset", "--", "-S.json"]})").scene, "-S.json");
+  EXPECT_EQ(read(R"({"folder": "..", "scene": "S.json"})").folder, "") << "the current folder";
+  EXPECT_FALSE(read(R"({"folder": "..", "scene": "S.json", "request": {"of": "a later version"}})").asked.has_value());
+  EXPECT_EQ(read(R"({"folder": "/in", "request": {"name": "a", "channel": "color", "sources": ["a.tif"]}})").folder, "/in");
+}
+
+TEST(Recipe, ALongRequestIsLeftToItsScene) {
+  pipeline::LayerRequest asked;
+  asked.name = "layer";
+  asked.sources.resize(2000, {.path = std::string(100, 'a')});
+  EXPECT_TRUE(tools::scene_recipe_json("S.json", asked, {}, "a.vts").value().contains("request"));
+  asked.sources.resize(3000, {.path = std::string(100, 'a')});
+  const auto recipe = tools::scene_recipe_json("S.json", asked, {}, "a.vts").value();
+  EXPECT_FALSE(recipe.contains("request"));
+  EXPECT_EQ(recipe["scene"], "S.json");
+  EXPECT_EQ(tools::recipe_json(asked, {}, "a.vts").value()["request"]["sources"].size(), 3000U) << "without a scene it is all there is";
+}
+
 // ---- Messages: what a library says, and what its user reads ----
 
 TEST_F(VtbuildRecipes, MessagesNameFlagsOnTheCommandLineAndKeysInAScene) {
@@ -246,9 +292,9 @@ TEST_F(VtbuildRecipes, MessagesNameFlagsOnTheCommandLineAndKeysInAScene) {
     return refusal({"dataset", "S.json", "-o", "x.vts"});
   };
   EXPECT_THAT(refusal({"layer", "rgb.ppm", "-o", "x.vts", "--channel", "elevation", "--crs", "pixel"}),
-              AllOf(HasSubstr("choose with --bands"), Not(HasSubstr("`"))));
+              AllOf(HasSubstr("say which with --bands, for example --bands 1"), Not(HasSubstr("`"))));
   EXPECT_THAT(scene(R"({"name": "e", "channel": "elevation", "sources": [{"file": "rgb.ppm", "crs": "pixel"}]})"),
-              AllOf(HasSubstr("choose with `bands`"), Not(HasSubstr("--bands"))));
+              AllOf(HasSubstr("say which with `bands`, for example `bands` 1"), Not(HasSubstr("--bands"))));
   EXPECT_THAT(refusal({"layer", "rgb.ppm", "-o", "x.vts", "--channel", "color"}),
               AllOf(HasSubstr("--crs EPSG:4326"), HasSubstr("--extent WEST,SOUTH,EAST,NORTH")));
   EXPECT_THAT(scene(R"({"name": "c", "channel": "color", "sources": ["rgb.ppm"]})"),

@@ -25,7 +25,7 @@ std::vector<std::byte> texels_of(const FormatInfo& plain, std::size_t texels, fl
         store::put<std::uint16_t>(bytes, 2 * i, static_cast<std::uint16_t>(std::lround(share * 65535.0F)));
         break;
       case SampleKind::kHalf:
-        store::put<std::uint16_t>(bytes, 2 * i, store::half_from_float(share));
+        store::put<std::uint16_t>(bytes, 2 * i, half_from_float(share));
         break;
       case SampleKind::kFloat:
       case SampleKind::kSharedExponent:

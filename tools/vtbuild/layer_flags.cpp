@@ -22,12 +22,6 @@ std::string names_of(const List& list) {
   return names;
 }
 
-std::string channel_names() {
-  std::string names;
-  for (const channels::ChannelKind* const kind : channels::all_channels()) names += (names.empty() ? "" : ", ") + std::string(kind->name);
-  return names;
-}
-
 // One flag for each option of each channel; several channels may have one of the same name.
 void add_channel_options(CLI::App& command, channels::Options& options) {
   struct Use {
@@ -121,7 +115,7 @@ Result<std::vector<double>> nodata_from(const std::string& text) {
 Result<pipeline::LayerRequest> asked_request(const LayerFlags& flags) {
   pipeline::LayerRequest asked;
   const channels::ChannelKind* const channel = channels::find_channel(flags.channel);
-  if (channel == nullptr) return fail(ErrorCode::kUsage, "unknown channel '" + flags.channel + "'; known are " + channel_names());
+  if (channel == nullptr) return fail(ErrorCode::kUsage, "unknown channel '" + flags.channel + "'; known are " + channels::channel_names());
   asked.channel = channel->type;
   asked.name = flags.name.empty() ? flags.channel : flags.name;
   if (!flags.format.empty()) {
@@ -173,7 +167,7 @@ void LayerFlags::add_to(CLI::App& command) {
                   "text file lists, one a line; later ones lie over earlier ones")
       ->required();
   command.add_option("-o,--output", output, "the store, suffix .vts");
-  command.add_option("--channel", channel, "what the values mean: " + channel_names())->required();
+  command.add_option("--channel", channel, "what the values mean: " + channels::channel_names())->required();
   command.add_option("--name", name, "name of the layer (default: the channel's)");
   command.add_option("--kernel", kernel,
                      "filter from level to level: " + names_of(pyramid::all_kernels()) +

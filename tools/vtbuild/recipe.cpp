@@ -17,6 +17,7 @@ using Json = nlohmann::ordered_json;
 
 // Metadata are written with every checkpoint.
 constexpr std::size_t kMostSceneRequestBytes = std::size_t{256} << 10;
+constexpr std::size_t kMostSceneSources = kMostSceneRequestBytes / 4;  // the shortest takes four bytes
 
 Result<void> check_text(const Json& json) {
   if (json.is_string() && !store::is_utf8(json.get_ref<const std::string&>()))
@@ -76,7 +77,7 @@ Result<Recipe> recipe_of_arguments(std::vector<std::string> arguments) {
 
 Result<Recipe> recipe_of_request(const Json& json) {
   Recipe recipe;
-  if (json.contains("scene")) recipe.scene = json["scene"].get<std::string>();
+  if (json.contains("scene") && json["scene"].is_string()) recipe.scene = json["scene"].get<std::string>();
   if (json.contains("request")) {
     auto asked = pipeline::request_from_json(json["request"], "the request that it was built by");
     // A scene is read again in any case.
@@ -105,9 +106,11 @@ Result<Json> scene_recipe_json(const std::filesystem::path& scene, const pipelin
                                const std::filesystem::path& store) {
   Json recipe = {{"scene", scene.generic_string()}};
   VT_CHECK(check_text(recipe));
-  VT_ASSIGN(Json request, pipeline::request_json(asked, scene.parent_path()));
-  VT_CHECK(check_text(request));
-  if (request.dump().size() <= kMostSceneRequestBytes) recipe["request"] = std::move(request);
+  if (asked.sources.size() <= kMostSceneSources) {
+    VT_ASSIGN(Json request, pipeline::request_json(asked, scene.parent_path()));
+    VT_CHECK(check_text(request));
+    if (request.dump().size() <= kMostSceneRequestBytes) recipe["request"] = std::move(request);
+  }
   recipe["folder"] = folder_text(folder, store);
   VT_CHECK(check_text(recipe["folder"]));
   return recipe;

@@ -144,7 +144,9 @@ Result<LayerRequest> layer_from_json(const json& value, const std::string& where
   LayerRequest layer;
   layer.name = value.at("name").get<std::string>();
   const channels::ChannelKind* const channel = channels::find_channel(value.at("channel").get<std::string>());
-  if (!channel) return fail(ErrorCode::kInvalidData, where + "/channel: unknown channel '" + value.at("channel").get<std::string>() + "'");
+  if (channel == nullptr)
+    return fail(ErrorCode::kInvalidData, where + "/channel: unknown channel '" + value.at("channel").get<std::string>() +
+                                             "'; known are " + channels::channel_names());
   layer.channel = channel->type;
   if (value.contains("crs")) {
     VT_ASSIGN(layer.crs, crs_from(value["crs"].get<std::string>(), where + "/crs"));
