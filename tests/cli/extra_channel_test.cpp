@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "builder/source/tiff/geotiff_writer.h"
-#include "tests/cli/vtinspect_run.h"
+#include "tests/cli/vtinspect/run.h"
 
 namespace vt::test {
 namespace {

@@ -10,7 +10,7 @@
 
 #include "store/format/text.h"
 #include "store/store_writer.h"
-#include "tests/cli/vtinspect_run.h"
+#include "tests/cli/vtinspect/run.h"
 #include "tests/pipeline/small_builds.h"
 
 #ifndef __has_feature

@@ -9,7 +9,7 @@
 #include <random>
 
 #include "tests/cli/picture_file.h"
-#include "tests/cli/vtinspect_run.h"
+#include "tests/cli/vtinspect/run.h"
 #include "tests/pipeline/small_builds.h"
 
 namespace vt::test {

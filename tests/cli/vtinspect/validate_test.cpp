@@ -1,4 +1,4 @@
-#include "tests/cli/vtinspect_run.h"
+#include "tests/cli/vtinspect/run.h"
 
 namespace vt::test {
 namespace {

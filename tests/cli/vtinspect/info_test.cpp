@@ -1,5 +1,5 @@
 #include "store/store_writer.h"
-#include "tests/cli/vtinspect_run.h"
+#include "tests/cli/vtinspect/run.h"
 
 namespace vt::test {
 namespace {

@@ -1,4 +1,4 @@
-#include "tests/cli/vtinspect_run.h"
+#include "tests/cli/vtinspect/run.h"
 #include "tools/cli/cli_support.h"
 
 namespace vt::test {

@@ -6,7 +6,7 @@
 #include <functional>
 #include <optional>
 
-#include "tests/cli/vtinspect_run.h"
+#include "tests/cli/vtinspect/run.h"
 #include "tests/pipeline/layers/layer_kinds.h"
 
 namespace vt::test {

@@ -1,5 +1,5 @@
 // What every subcommand of vtinspect does the same way: help, wrong usage, missing and damaged files, output that cannot be written.
-#include "tests/cli/vtinspect_run.h"
+#include "tests/cli/vtinspect/run.h"
 
 namespace vt::test {
 namespace {

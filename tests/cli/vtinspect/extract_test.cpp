@@ -3,7 +3,7 @@
 
 #include "store/store_writer.h"
 #include "tests/cli/picture_file.h"
-#include "tests/cli/vtinspect_run.h"
+#include "tests/cli/vtinspect/run.h"
 
 namespace vt::test {
 namespace {

@@ -1,6 +1,6 @@
 #include <cmath>
 
-#include "tests/cli/vtinspect_run.h"
+#include "tests/cli/vtinspect/run.h"
 
 namespace vt::test {
 namespace {

@@ -5,7 +5,7 @@
 #include <limits>
 
 #include "tests/cli/picture_file.h"
-#include "tests/cli/vtinspect_run.h"
+#include "tests/cli/vtinspect/run.h"
 #include "tests/pipeline/small_builds.h"
 #include "tools/cli/cli_support.h"
 
