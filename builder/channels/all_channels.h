@@ -13,7 +13,7 @@ namespace vt::channels {
 
 // In the order of their numbers, those of extra channels last.
 [[nodiscard]] std::span<const ChannelKind* const> all_channels();
-// Of a number that no row has: a kind without options and formats, which is shown as numbers and cannot be made.
+// The kind of a number that no row has: without options and formats, which is shown as numbers and cannot be made.
 [[nodiscard]] const ChannelKind& kind_of(ChannelType type);
 [[nodiscard]] const ChannelKind* find_channel(std::string_view name);  // null: there is none
 // For people, also of numbers that no row has: "color", "channel 4711".

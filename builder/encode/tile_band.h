@@ -51,7 +51,7 @@ class TileBand {
   // What the sink fails with is passed on.
   [[nodiscard]] Result<void> take_finished(const TileSink& sink);
 
-  // Of the tiles given so far: what is stored against the planes, one sum for each of the codec's measures.
+  // The errors of the tiles given so far: what is stored against the planes, one sum for each of the codec's measures.
   [[nodiscard]] std::span<const channels::ErrorSum> errors() const { return errors_; }
 
  private:

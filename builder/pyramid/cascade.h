@@ -34,7 +34,7 @@ struct BlockLevel {
 // wanted, the base included, and one more as carry when `with_carry`.
 [[nodiscard]] std::vector<BlockLevel> plan_block(const TexelRect& core, const LayerShape& layer, int depth, int outputs, bool with_carry,
                                                  const HalvingKernel& kernel);
-// Of a layer that ends at the edges of `data`, whose finest level is the base.
+// The same for a layer that ends at the edges of `data` and whose finest level is the base.
 [[nodiscard]] inline std::vector<BlockLevel> plan_block(const TexelRect& core, const TexelRect& data, int outputs, bool with_carry,
                                                         const HalvingKernel& kernel) {
   return plan_block(core, {.data = data}, 0, outputs, with_carry, kernel);

@@ -197,7 +197,7 @@ void ClassCascade::count_columns(int k, std::int64_t y, const TexelRect& columns
   LevelState& fine = state_[static_cast<std::size_t>(k)];
   const BlockLevel& plan = fine.plan;
   const bool from_beyond = is_beyond && !plan.beyond.empty();
-  // Of a level that wraps, the other end follows on the active columns.
+  // The other end of a level that wraps follows on the active columns.
   const std::int64_t turn = is_beyond && layer_.wraps_at(plan.depth) ? plan.data.width : 0;
   const std::int64_t column = columns.x == 0 ? turn : 2 * columns.x - turn;
   const std::int64_t start = column - (from_beyond ? plan.beyond.x : plan.active.x);  // may be -1

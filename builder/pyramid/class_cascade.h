@@ -40,7 +40,7 @@ class ClassCascade final : public Cascade {
     std::int64_t next_emitted = 0;  // the row that is passed on next
     std::vector<float> ring;        // none of the level that is carry
     std::array<bool, kRingRows> opaque{};
-    // Of the last even and the last odd row; not of a base whose texels are of one class.
+    // Counts of the last even and the last odd row; none for a base whose texels are of one class.
     std::array<CountRow, 2> counts;
     std::array<CountRow, 2> beyond;  // likewise of the columns beyond the seam
   };

@@ -39,7 +39,7 @@ class CountRow {
   void add(ClassCount count) { entries_[used_++] = count; }
   void end_texel() { ends_.push_back(static_cast<std::uint32_t>(used_)); }
   void finish() { end_texel(); }
-  // Of a finished row: what its east end is followed by. `classes` are not this row's own entries.
+  // What the east end of a finished row is followed by. `classes` are not this row's own entries.
   void put_past_end(std::span<const ClassCount> classes) {
     append(classes);
     ends_.back() = static_cast<std::uint32_t>(used_);
@@ -49,7 +49,7 @@ class CountRow {
   [[nodiscard]] ClassCount* next() { return entries_.data() + used_; }
   void added(std::size_t count) { used_ += count; }
 
-  // Of texel `i`, -1 to texels().
+  // The classes of texel `i`, -1 to texels().
   [[nodiscard]] std::span<const ClassCount> texel(std::int64_t i) const {
     const auto at = static_cast<std::size_t>(i + 1);
     return {entries_.data() + ends_[at], ends_[at + 1] - ends_[at]};
@@ -76,7 +76,7 @@ struct ClassRow {
 void count_classes(const ClassRow& upper, const ClassRow& lower, std::int64_t start, std::int64_t count, CountRow& out);
 void add_counts(const CountRow& upper, const CountRow& lower, std::int64_t start, std::int64_t count, CountRow& out);
 
-// Of a texel of `full_area`, appended to `out`: areas rounded to whole ones such that they and the part without data sum to it. Each is
+// The areas of a texel of `full_area`, appended to `out`: areas rounded to whole ones such that they and the part without data sum to it. Each is
 // rounded down, then those that lost most get one more (the method of largest remainders; of equal remainders the lowest class first, what
 // is without data last).
 void count_areas(std::span<const channels::ClassArea> classes, std::uint64_t full_area, std::vector<ClassCount>& out);

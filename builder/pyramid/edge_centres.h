@@ -25,7 +25,7 @@ class EdgeCentres {
         is_wide_(rules_.size() > 1 && rules_[1] == channels::PlaneRule::kRemainder),
         weight_plane_(weight_plane) {}
 
-  // Of row `y`, which is written: bounds hold the values at the centres too, here and so in all coarser levels.
+  // Widens row `y`, which is written: bounds hold the values at the centres too, here and so in all coarser levels.
   void widen_bounds(PlaneRows& rows, const LayerShape& layer, std::int64_t y) const;
   // `row` points at column `x` of row `y`, of which `count` columns are of interest: points it at values at the centres where the edge cuts
   // any of them. They lie in `buffer`.

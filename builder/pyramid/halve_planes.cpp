@@ -70,7 +70,7 @@ PlaneHalver::Strip PlaneHalver::strip_of(const PlaneRows& fine, const ColumnRun&
     const ColumnRun& beyond = fine.runs()[1];
     strip.source = beyond.at + column - beyond.rect.x;
   } else {
-    // Of a level that wraps, the other end follows on the active columns.
+    // The other end of a level that wraps follows on the active columns.
     const std::int64_t turn = is_beyond && fine.wraps() ? plan.data.width : 0;
     strip.source = (run.rect.x == 0 ? column + turn : column - turn) - plan.active.x;
   }
@@ -224,7 +224,7 @@ void PlaneHalver::limit_ringing(const PlaneRows& fine, std::int64_t y, const Str
   }
 }
 
-// Of texels that the edges of the data cut. Returns whether there are any.
+// Keeps the inner halves of texels that the edges of the data cut. Returns whether there are any.
 bool PlaneHalver::keep_inner_halves(const PlaneRows& fine, std::int64_t y, const Strip& strip) const {
   const TexelRect& data = fine.plan().data;
   const bool cuts_row = 2 * y < data.y || 2 * y + 1 >= data.bottom();

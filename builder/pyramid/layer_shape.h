@@ -28,7 +28,7 @@ struct LayerShape {
   TexelRect data;          // of the finest level; when closed, data.x is 0
   bool is_closed = false;  // the width is the whole circle of longitudes: past the east edge lies the west edge
 
-  // Of a level `depth` levels above the finest.
+  // The data rectangle of the level `depth` levels above the finest.
   [[nodiscard]] TexelRect data_at(int depth) const { return coarser(data, depth); }
   // Its columns repeat after data_at(depth).width of them.
   [[nodiscard]] bool wraps_at(int depth) const { return is_closed && (data.width & ((std::int64_t{1} << depth) - 1)) == 0; }

@@ -12,7 +12,7 @@
 
 namespace vt::pyramid {
 
-// Of a codec.
+// How the planes of a codec become those of a coarser level.
 struct PlaneMeaning {
   std::span<const channels::PlaneRule> rules;
   int weight_plane = 0;

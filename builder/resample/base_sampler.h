@@ -97,7 +97,7 @@ class BaseChunk {
   [[nodiscard]] const TexelRect& rect() const { return rect_; }
   // Whether the chunk's texels are given by class_areas() instead of decode_row().
   [[nodiscard]] bool has_class_areas() const { return !has_samples_ && texels_.has_areas; }
-  // Of all texels of rect().
+  // The classes in all texels of rect().
   [[nodiscard]] const channels::ClassAreaBlock& class_areas() const { return texels_.areas; }
   // The same of a chunk whose texels are of one class each: from now on they are given so.
   const channels::ClassAreaBlock& to_class_areas();

@@ -22,7 +22,7 @@
 //     ->  one_sample_rows.h, or footprint.h and area_sums.h  ->  texel_block.h: planes of texels, or areas of classes
 //
 // Windows are bounded: a footprint of a million samples is added up by bands of rows. Beyond the outermost centres of samples, up to the
-// raster's edge, the edge sample is repeated. Private to this room. Threads: buffers belong to one thread, all else is shared and
+// raster's edge, the edge sample is repeated. Private to this folder. Threads: buffers belong to one thread, all else is shared and
 // immutable.
 #pragma once
 

@@ -49,7 +49,7 @@ TEST(AllChannels, OptionsAreTheirOwn) {
   EXPECT_EQ(foreign.error().message, "option frame does not belong to mask layers; theirs: inside, alpha-coverage");
 }
 
-// Of samples that every channel takes, the usual format is one that its codec stores.
+// The usual format is one that the codec stores, of samples that every channel takes.
 TEST(AllChannels, UsualFormatsAreTaken) {
   for (const ChannelKind* const kind : all_channels())
     for (const bool may_be_empty : {false, true}) {

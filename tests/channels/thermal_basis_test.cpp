@@ -55,7 +55,7 @@ TEST(ThermalBasis, ACompleteBasisReproducesTheLibrary) {
   EXPECT_LT(error.largest, 1e-8);
 }
 
-// Of 64 diurnal materials, hot ones among them; the bounds are those that principal components of radiance reached before on such a set.
+// 64 diurnal materials, hot ones among them; the bounds are those that principal components of radiance reached before on such a set.
 TEST(ThermalBasis, FewComponentsDescribeADay) {
   const ThermalLibrary all = library();
   ASSERT_EQ(all.classes.size(), 64U);

@@ -83,7 +83,7 @@ TEST_P(Interrupted, BuildsGiveTheSameTilesWhateverTheThreadsBlocksAndMemory) {
         ASSERT_TRUE(writer.has_value());
         const auto stopped = build_layer(*writer, *plan, options);
         ASSERT_TRUE(stopped.has_value() || stopped.error().code == ErrorCode::kCancelled) << stopped.error().message;
-        // Of many blocks some are left when the first is done; a layer of one block or two may be done before it notices.
+        // Some of many blocks are left when the first is done; a layer of one block or two may be done before it notices.
         if (block_levels == 1 && stop_percent == 5) {
           ASSERT_FALSE(stopped.has_value());
         }

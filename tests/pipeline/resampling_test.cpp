@@ -119,7 +119,7 @@ TEST_F(Coarser, NoClassIsLost) {
       for (const auto& [id, share] : wanted) ASSERT_NEAR(found[id], share, 1.0 / 255) << x << "," << y << " class " << id;
       error += 100.0 * (1.0 - std::max(wanted[1], wanted[2]));
     }
-  // Of the layer itself the majority stands for all: the rest of the area is reported as taken for another class.
+  // In the layer itself the majority stands for all: the rest of the area is reported as taken for another class.
   EXPECT_NEAR(quality_of(store(), "material", "class area")["mean"].get<double>(), error / 1024, 0.01);
   EXPECT_LT(quality_of(store(), "material", "class area of the mixture")["max"].get<double>(), 0.6);
 }
@@ -248,7 +248,7 @@ TEST(CoarserInsets, ClassesAreCountedAcrossTheSeamOfAGlobe) {
   const auto fine_class = [](std::int64_t x, std::int64_t y) { return static_cast<int>(3 + hash_noise(x, y, 1) % 2); };
   const RasterSpec base = around_the_globe(kWidth, kHeight, 1);
   write_raster(folder / "base.tif", base, [&](auto x, auto y, int) { return coarse_class(x, y); });
-  // Of 4 x 4 samples a texel, 10 x 10 texels each, from row 2 on.
+  // 4 x 4 samples a texel, 10 x 10 texels each, from row 2 on.
   RasterSpec inset = base;
   inset.width = inset.height = 40;
   inset.transform.x_column /= 4;

@@ -180,7 +180,7 @@ TEST_F(SampleMeaning, CoverageOfEveryKindReachesEveryChannel) {
         beside.page({.width = kSide, .height = kSide, .pixels = mask}).write(folder_ / ("c" + std::to_string(checked) + ".tif.msk"));
       }
       const LevelValues finest = build_path(path, request);
-      // Of the coarser texel that lies half over covered and half over uncovered samples, the mean is that of the covered ones.
+      // The mean of the coarser texel that lies half over covered and half over uncovered samples is that of the covered ones.
       auto reader = store::StoreReader::open(store_);
       ASSERT_TRUE(reader.has_value());
       const LevelValues coarser(*reader, layer_, Level{0});

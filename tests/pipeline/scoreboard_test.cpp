@@ -299,7 +299,7 @@ TEST(Scoreboard, OpaqueDataStayOpaqueToTheEdge) {
         const LevelValues values(*reader, layer, Level{static_cast<std::uint8_t>(layer.finest.value - steps)});
         for (std::int64_t y = 0; y < values.height(); ++y)
           for (std::int64_t x = 0; x < values.width(); ++x)
-            // Of a texel that the edge cuts the part inside is covered.
+            // The part inside of a texel that the edge cuts is covered.
             ASSERT_EQ(values.at(x, y, 3), std::round(255.0 * inside(x, steps, width) * inside(y, steps, 128)))
                 << kernel << ", " << steps << " levels up: " << x << ", " << y;
       }

@@ -13,7 +13,7 @@ geo::Crs crs(int code) { return geo::Crs::from_epsg(code).value(); }
 
 class SourcePlace : public testing::Test {
  protected:
-  // Of 64 x 64 samples; `keys` is the GeoKey directory.
+  // A file of 64 x 64 samples; `keys` is the GeoKey directory.
   std::filesystem::path tiff(const std::vector<std::uint16_t>& keys, const geo::GeoTransform& t, const std::string& ascii = "") {
     test::RawTiff raw = test::RawTiff::grey(64, 64);
     if (!keys.empty()) raw.shorts(34735, keys);

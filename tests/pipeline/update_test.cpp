@@ -66,7 +66,7 @@ TEST_F(Update, AChangedTexelCostsItsBlockAndItsAncestors) {
   // The source's tiles are 64 texels, as are the blocks, and a block also reads an apron: at most 3 x 3 blocks see the changed tile.
   EXPECT_GE(report.blocks_changed, 1);
   EXPECT_LE(report.blocks_changed, 9);
-  // Of the ancestors' tiles at most a few a level can differ: the kernel reaches 6 texels.
+  // At most a few of the ancestors' tiles a level can differ: the kernel reaches 6 texels.
   const LayerInfo info = *store::StoreReader::open(folder_ / "store.vts")->find_layer("color");
   EXPECT_GE(report.tile_counts.written, 1);
   EXPECT_LE(report.tile_counts.written, 4 * (info.finest.value + 1));

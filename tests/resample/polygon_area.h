@@ -47,7 +47,7 @@ inline std::vector<LongPoint> polygon_of(const std::array<Point2, 4>& corners) {
   return polygon;
 }
 
-// Of the sample in column `x`, row `y`.
+// The area of the sample in column `x`, row `y`.
 inline long double covered_area(std::vector<LongPoint> polygon, std::int64_t x, std::int64_t y) {
   polygon = cut(polygon, -1, 0, -static_cast<long double>(x));
   polygon = cut(polygon, 1, 0, static_cast<long double>(x + 1));

@@ -21,7 +21,7 @@ struct ClassTable {
   std::map<int, ClassInfo> classes;  // by id
   std::optional<int> no_data;        // the code that is no class
 
-  // Of a texel's code: the class's name, "no data", or "" when the table does not know it.
+  // The name of a texel's code: the class's name, "no data", or "" when the table does not know it.
   [[nodiscard]] std::string name_of(int code) const;
   // The class's colour; grey of the code's lowest 8 bits for classes without one. nullopt: no data.
   [[nodiscard]] std::optional<std::array<std::uint8_t, 3>> color_of(int code) const;

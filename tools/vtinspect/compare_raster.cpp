@@ -136,7 +136,7 @@ class Samples {
     is_absent_ = payload.empty();
     if (!is_absent_) store::decode_texels(layer_.format, payload, layer_.tile_texels(), layer_.tile_texels(), numbers_);
   }
-  // Of texel `at` of the tile.
+  // The numbers of texel `at` of the tile.
   [[nodiscard]] const float* of(std::size_t at) const { return is_absent_ ? of_absent_.data() : &numbers_[at * channels_]; }
   [[nodiscard]] bool is_void(std::size_t at) const {
     if (is_absent_) return absent_is_void_;

@@ -40,7 +40,7 @@ struct LevelDifference {
   std::uint64_t only_in_first = 0;
   std::uint64_t only_in_second = 0;
   std::uint64_t texels = 0;  // of the data in those tiles
-  // Of them, those that differ: in any value, or against a raster by more than the layer's format loses; with or without data on one side
+  // Those of them that differ: in any value, or against a raster by more than the layer's format loses; with or without data on one side
   // only as well.
   std::uint64_t differing_texels = 0;
   std::uint64_t data_only_in_first = 0;
@@ -68,7 +68,7 @@ struct LayerDifference {
   }
 };
 
-// Of a raster: how its samples were understood, and how much of the layer it covers.
+// What is known of a raster: how its samples were understood, and how much of the layer it covers.
 struct RasterReading {
   bool as_source = false;  // as the builder read the layer's sources; otherwise its samples are the layer's values
   TexelRect compared;      // texels from the data rectangle's corner

@@ -26,7 +26,7 @@ class Display {
   [[nodiscard]] bool shows_bytes() const { return shows_bytes_; }
   // Grey or three colours; coverage is not among them.
   [[nodiscard]] int channels() const { return channels_; }
-  // Of those, how many say something: of two components the third colour stays dark.
+  // How many of those say something: of two components the third colour stays dark.
   [[nodiscard]] std::size_t channels_with_values() const { return channels_with_values_; }
   // What black and white are whatever the values are: codes, components of directions. nullopt: what the values reach.
   [[nodiscard]] std::optional<ValueRange> fixed_range() const { return fixed_range_; }
@@ -63,7 +63,7 @@ class RangeFinder {
   bool has_holes_ = false;
   float min_;
   float max_;
-  // Of light, every stride-th value; the stride doubles when there are too many.
+  // Every stride-th value of light; the stride doubles when there are too many.
   std::vector<float> kept_;
   std::uint64_t seen_ = 0;
   std::uint64_t stride_ = 1;

@@ -30,7 +30,7 @@ std::string number_text(const Json& row, const char* name, std::string_view form
   return number.is_number() ? fmt::format(fmt::runtime(format), number.get<double>()) : std::string("-");
 }
 
-// Of errors that are shares of full scale.
+// For errors that are shares of full scale.
 std::string decibels_text(const Json& row) {
   const Json& rms = member(row, "rms");
   if (!rms.is_number()) return "-";

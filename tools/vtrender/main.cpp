@@ -252,7 +252,7 @@ class Renderer {
   std::vector<std::uint8_t> level_of_slot_;
 };
 
-// Of the frames of --frames.
+// What is printed of the frames of --frames.
 class FrameReport {
  public:
   // `update` of this frame, `own_ms` of update, selection and binding together.

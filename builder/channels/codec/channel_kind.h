@@ -49,7 +49,7 @@ struct ChannelKind {
 
   // ---- What is read of a raster ----
 
-  // Of so many bands that may be values, how many are read when nobody names them.
+  // How many of so many bands that may be values are read when nobody names them.
   int (*bands_wanted)(int candidates) = [](int) { return 1; };
   bool has_one_value = false;        // bands of equal right exclude each other: of several one has to be named
   bool may_be_coverage = false;      // the coverage band of a file that has values beside it is the channel's value
@@ -75,7 +75,7 @@ struct ChannelKind {
   TexelFormat (*usual_format)(SampleType samples, bool may_be_empty) = nullptr;
   Transfer transfer = Transfer::kLinear;
   bool fourth_is_coverage = false;  // in formats of four components
-  // Of layers of such a format the light of the stored number 1 is chosen by a look at the sources, see stored_light.h.
+  // The light of the stored number 1 in layers of such a format is chosen by a look at the sources, see stored_light.h.
   bool (*chooses_stored_light)(TexelFormat format, const Options& options) = [](TexelFormat, const Options&) { return false; };
   // Stored to raw bytes at zstd:3, the upper end of what was measured.
   double (*stored_ratio)(TexelFormat format) = [](TexelFormat) { return kUnmeasuredRatio; };

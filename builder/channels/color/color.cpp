@@ -288,7 +288,7 @@ MadeCodec make_color(const ChannelSettings& settings, const SampleLayout& layout
   return std::make_unique<const ColorCodec>(layout, settings.transfer, source_transfer, is_associated, format);
 }
 
-// Of aerial and satellite photographs, whose coverage costs nothing, and of their BC1 blocks.
+// Measured of aerial and satellite photographs, whose coverage costs nothing, and of their BC1 blocks.
 double stored_ratio(TexelFormat format) {
   if (format == TexelFormat::kRgb8) return 0.40;
   if (format == TexelFormat::kRgba8) return 0.30;

@@ -159,7 +159,7 @@ class ElevationCodec final : public ChannelCodec {
                     std::span<LossCount> counts) const override {
     const float* const sum = row[0];
     const float* const weight = row[weight_];
-    // Of a texel without data both are 0.
+    // Both are 0 for a texel without data.
     const auto is_implausible = [&](std::int64_t i) {
       return (sum[i] < kLowestPlausible * weight[i]) | (sum[i] > kHighestPlausible * weight[i]);
     };
@@ -192,7 +192,7 @@ class ElevationCodec final : public ChannelCodec {
     return least == float_below(fill) && greatest == float_above(fill);
   }
 
-  // Of a texel, or what it is filled with.
+  // A texel's height, or what it is filled with.
   [[nodiscard]] float narrow_height(const ConstPlaneRow& row, std::int64_t i) const {
     const float weight = row[weight_][i];
     return weight == 1.0F ? row[0][i] : weight > 0.0F ? row[0][i] / weight : choices_.fill.value_or(0.0F);
@@ -412,7 +412,7 @@ MadeCodec make_elevation(const ChannelSettings& settings, const SampleLayout& la
   return std::make_unique<const ElevationCodec>(layout, choices);
 }
 
-// Of terrain models, and of their bounds.
+// Measured of terrain models, and of their bounds.
 double stored_ratio(TexelFormat format) {
   if (format == TexelFormat::kR32Float) return 0.45;
   if (format == TexelFormat::kRg32Float) return 0.55;

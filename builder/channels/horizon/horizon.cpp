@@ -42,7 +42,7 @@ struct Span {
   double high_deg = 90.0;
 };
 
-// Of one direction under one texel, in radians.
+// One direction under one texel, in radians.
 struct Horizon {
   float mean = 0.0F;
   float deviation = 0.0F;
@@ -195,7 +195,7 @@ class HorizonCodec final : public ChannelCodec {
     return horizon_of(planes[direction][i], planes[square_plane(direction)][i], planes[static_cast<std::size_t>(weight_plane())][i]);
   }
 
-  // Of the neighbours together; level ground where there are none.
+  // The neighbours' horizon together; level ground where there are none.
   [[nodiscard]] Horizon borrowed_horizon(const RowNeighbourhood& rows, std::size_t direction, std::int64_t i) const {
     const std::array planes{direction, square_plane(direction), static_cast<std::size_t>(weight_plane())};
     const auto [angle, square, weight] = sum_around<float>(rows, planes, i);

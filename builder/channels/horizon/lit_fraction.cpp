@@ -11,7 +11,7 @@ constexpr std::size_t kStepsPerUnit = 128;
 constexpr double kLargest = 6.0;  // beyond, 1 to within 1e-9
 constexpr std::size_t kEntries = static_cast<std::size_t>(kLargest) * kStepsPerUnit + 2;
 
-// Of small numbers.
+// e^x, for small numbers.
 constexpr double exponential(double x) {
   double term = 1.0;
   double sum = 1.0;

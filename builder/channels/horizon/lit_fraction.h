@@ -14,7 +14,7 @@ inline constexpr double kSunDeviationRad = 0.13 * std::numbers::pi / 180.0;
 // The standard normal distribution function, to 2e-6.
 [[nodiscard]] double normal_distribution(double z);
 
-// Of one distribution of horizons, for several places of the sun. Radians, `deviation` >= 0. Nothing is divided by 0: the sun has a
+// The lit fraction under one distribution of horizons, for several places of the sun. Radians, `deviation` >= 0. Nothing is divided by 0: the sun has a
 // deviation of its own.
 class LitCurve {
  public:

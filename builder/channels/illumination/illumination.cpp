@@ -268,7 +268,7 @@ class IlluminationCodec final : public ChannelCodec {
     return opaque;
   }
 
-  // Of a number that is no code. Light that no float can hold becomes the largest one.
+  // The light of a number that is no code. Light that no float can hold becomes the largest one.
   [[nodiscard]] float light_of(double value) const {
     const double light = std::max(0.0, value * scale_);
     return static_cast<float>(std::min(light, static_cast<double>(std::numeric_limits<float>::max())));

@@ -107,7 +107,7 @@ class MaskCodec final : public ChannelCodec {
       if (!(row[1][i] > 0.0F)) counts[0].add(x + i, y);
   }
 
-  // Of the layer itself; its levels that are not means are never asked for.
+  // Errors are those of the layer itself; its levels that are not means are never asked for.
   void add_errors(std::size_t part, const ConstPlaneRow& reference, const float* stored, std::int64_t count,
                   std::span<ErrorSum> errors) const override {
     if (part != 0) return;

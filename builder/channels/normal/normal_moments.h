@@ -34,7 +34,7 @@ struct SlopeMoments {
 // From the planes of normals (0 to 2) and their weight (3) into ten planes from `first` on.
 void moments_from_normals(std::int64_t count, const PlaneRow& planes, std::size_t first);
 
-// Of a texel whose weight is not 0.
+// The texel's weight is not 0.
 [[nodiscard]] SlopeMoments moments_at(const ConstPlaneRow& planes, std::size_t first, std::int64_t i);
 
 // As floats: Bx, By, Bx^2, By^2 of each texel, and Bx By. NaN where the weight is 0. Second moments are those about the stored means, so

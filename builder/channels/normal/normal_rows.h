@@ -20,7 +20,7 @@ struct DirectionRows {
   float* length;
 };
 
-// Of `count` sums of weighted unit vectors: their direction, and the length of their mean, from 0 to 1. Where the mean is shorter than
+// The direction of each of `count` sums of weighted unit vectors, and the length of their mean, from 0 to 1. Where the mean is shorter than
 // kLeastLength the direction is 0, 0, 0; where there is no weight the length is -1 as well.
 void direction_and_length(std::size_t count, const float* x, const float* y, const float* z, const float* weight, const DirectionRows& out);
 

@@ -53,7 +53,7 @@ template <class T>
   }
 }
 
-// Of one band of a layout; empty when nothing is declared.
+// The range of one band of a layout; empty when nothing is declared.
 template <class T>
 [[nodiscard]] TypedNodataRange<T> typed_nodata_range(const SampleLayout& layout, std::size_t band = 0) {
   return layout.nodata ? typed_nodata_range<T>(layout.type, layout.nodata->of(band)) : TypedNodataRange<T>{};

@@ -41,7 +41,7 @@ struct SampleLayout {
   // The samples that mean "all of it", where they are not the type's own, see full_scale(SampleType): 15 of codes of 4 bits.
   std::optional<double> value_full_scale;
   std::optional<double> alpha_full_scale;
-  // Of numbers with a unit: value = offset + scale * sample, in `unit` as the file writes it. Empty: the file declares nothing.
+  // The meaning of numbers with a unit: value = offset + scale * sample, in `unit` as the file writes it. Empty: the file declares nothing.
   std::optional<double> scale;
   std::optional<double> offset;
   std::string unit;

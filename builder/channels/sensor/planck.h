@@ -21,7 +21,7 @@ struct ResponsePoint {
 
 class BandRadiance {
  public:
-  // Of the table, K.
+  // Ends of the table, K.
   static constexpr double kLowest = 100.0;
   static constexpr double kHighest = 3000.0;
 

@@ -146,7 +146,7 @@ class SensorCodec final : public ChannelCodec {
   static constexpr std::size_t kRemainder = 1;  // the plane beside the values, when they are wide
   static constexpr double kHottest = 1e7;       // K: BandRadiance::temperature() knows no more
 
-  // Of a texel whose weight is not 0.
+  // The texel's weight is not 0.
   [[nodiscard]] double mean_at(const ConstPlaneRow& row, std::int64_t i) const {
     const double weight = row[weight_][i];
     const double sum = is_wide_ ? static_cast<double>(row[0][i]) + static_cast<double>(row[kRemainder][i]) : static_cast<double>(row[0][i]);
@@ -246,7 +246,7 @@ class SensorCodec final : public ChannelCodec {
     return is_data;
   }
 
-  // Of a texel without data in a format that cannot say so: the neighbours' mean, or the least that there is.
+  // What a texel without data holds in a format that cannot say so: the neighbours' mean, or the least that there is.
   void write_neighbours(const RowNeighbourhood& rows, std::int64_t i, std::byte* out) const {
     const auto [sum, weight] = sum_around<double>(rows, std::array<std::size_t, 2>{0, weight_}, i);
     const double value = weight > 0.0 ? stored_value(sum / weight) : number_.least();

@@ -16,7 +16,7 @@ namespace vt::channels {
 // line of headings are passed over. kInvalidData: anything else, negative responses, or wavelengths that are not from 0.2 to 1000.
 [[nodiscard]] Result<std::vector<ResponsePoint>> parse_response(std::string_view text);
 
-// Of the options "band" and "response": the table, cut to the band when both are given; a response of 1 between the band's edges when only
+// What the options "band" and "response" say: the table, cut to the band when both are given; a response of 1 between the band's edges when only
 // the band is; empty when neither is. kUsage: no such band.
 [[nodiscard]] Result<std::vector<ResponsePoint>> response_of(const Options& options);
 

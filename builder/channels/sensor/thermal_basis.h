@@ -37,7 +37,7 @@ struct ThermalBasis {
   std::vector<std::vector<double>> coefficients;  // c_mk: for each class of the library, from -1 to 1
 };
 
-// Of a radiance, how many kelvins of a black body one more W/(m2 sr) is; 1 without a band.
+// How many kelvins of a black body one more W/(m2 sr) is at a radiance; 1 without a band.
 [[nodiscard]] double kelvins_per_radiance(const BandRadiance* band, double radiance);
 
 // 1 to as many components as there are hours. With a band, an error counts by the kelvins that it makes of each class's own temperature, so

@@ -194,7 +194,7 @@ class ThermalCodec final : public ChannelCodec {
   }
 
  private:
-  // Of one part: its first coefficient, and how each of its texel's numbers is written.
+  // How one part is stored: its first coefficient, and how each of its texel's numbers is written.
   struct PartCodes {
     std::size_t first = 0;
     std::vector<NumberCode> numbers;
@@ -267,7 +267,7 @@ class ThermalCodec final : public ChannelCodec {
     return code;
   }
 
-  // Of a texel without data in a format that cannot say so: the neighbours' mean, or that of the library.
+  // What a texel without data holds in a format that cannot say so: the neighbours' mean, or that of the library.
   [[nodiscard]] double mean_around(const RowNeighbourhood& rows, std::size_t plane, std::int64_t i) const {
     const auto [sum, weight] = sum_around<double>(rows, std::array{plane, components_}, i);
     return weight > 0.0 ? sum / weight : 0.0;

@@ -5,7 +5,7 @@
 
 namespace vt::channels {
 
-// Of settings with the option "basis". Errors as make_codec().
+// Makes the codec of settings with the option "basis". Errors as make_codec().
 [[nodiscard]] MadeCodec make_thermal_codec(const ChannelSettings& settings, const SampleLayout& layout);
 
 }  // namespace vt::channels

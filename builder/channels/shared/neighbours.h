@@ -9,7 +9,7 @@
 
 namespace vt::channels {
 
-// Of each of `planes`, the last of which is the weight, the sum over texel `i` of `rows.here` and its eight neighbours, added from west to
+// For each of `planes`, the last of which is the weight, the sum over texel `i` of `rows.here` and its eight neighbours, added from west to
 // east and north to south in `Real`. Texels that weigh less than `least_weight` are left out; weights are never below 0.
 template <class Real, std::size_t n>
 [[nodiscard]] std::array<Real, n> sum_around(const RowNeighbourhood& rows, const std::array<std::size_t, n>& planes, std::int64_t i,

@@ -11,7 +11,7 @@ namespace vt::channels {
 
 class NumberCode {
  public:
-  // Of one component of `format`: r32f, r16f, r16, bc4 and their relatives of more channels. `span` is the least and the greatest number
+  // The code of one component of `format`: r32f, r16f, r16, bc4 and their relatives of more channels. `span` is the least and the greatest number
   // that codes have to express; floats and halves need none and write numbers as they are. `zero_is_nodata`: numbers have the codes 1 to
   // 65535, of a format with 16-bit codes.
   NumberCode(TexelFormat format, const std::array<double, 2>& span, bool zero_is_nodata);
@@ -21,7 +21,7 @@ class NumberCode {
   // The least and the greatest number that can be written; others become those.
   [[nodiscard]] double least() const { return least_; }
   [[nodiscard]] double greatest() const { return greatest_; }
-  // Of what write() puts, in bytes.
+  // What write() puts, in bytes.
   [[nodiscard]] std::size_t bytes() const { return bytes_; }
 
   // To nearest, codes with halves up, floats with halves to even. `value` is finite.

@@ -19,7 +19,7 @@ struct UnormCode {
   float bias = 0.5F;  // with the half that rounds to nearest
   ComponentRange range;
 
-  // Of a texel of unblocked_format(). `value` is not NaN.
+  // The code in a texel of unblocked_format(). `value` is not NaN.
   [[nodiscard]] std::uint16_t code(float value) const {
     const float clamped = value > low ? (value < high ? value : high) : low;
     return static_cast<std::uint16_t>(clamped * gain + bias);

@@ -254,7 +254,7 @@ HWY_NOINLINE void step_ends(const Texels<3>& texels, Choices& choices) {
             F low = hn::Min(moved[0].code.c[k], moved[1].code.c[k]);
             F high = hn::Max(moved[0].code.c[k], moved[1].code.c[k]);
             for (int other = 0; other < 2; ++other) {
-              // Of one subset the others are copies of these.
+              // With one subset the others are copies of these.
               const F there = hn::IfThenElse(coding.one_subset, low, choices.ends[2 - 2 * s + other].code.c[k]);
               low = hn::Min(low, there);
               high = hn::Max(high, there);

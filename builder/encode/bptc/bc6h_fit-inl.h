@@ -151,7 +151,7 @@ HWY_INLINE void pick_indices(const HalfEnd& end0, const HalfEnd& end1, const Lin
 constexpr float kLightWeight = 128.0F;
 constexpr float kFreeLight = 0.02F;
 
-// Of each channel of a subset: its light, and kLightWeight over the square of the light that a unit of squared error buys at the texels'
+// For each channel of a subset: its light, and kLightWeight over the square of the light that a unit of squared error buys at the texels'
 // positions, see nearer_in_light().
 struct SubsetLight {
   Color<3> total;
@@ -191,7 +191,7 @@ HWY_INLINE SubsetLight light_of_subset(const F (&weights)[16], const Texels<3>& 
   return result;
 }
 
-// Of each channel of a subset with the ends that decode to these numbers, a share `free_light` of the light being free.
+// For each channel of a subset with the ends that decode to these numbers, a share `free_light` of the light being free.
 template <class Part>
 HWY_INLINE Color<3> channel_costs(const Color<3>& value0, const Color<3>& value1, const F (&weights)[16], const SubsetLight& wanted,
                                   float free_light, const Texels<3>& texels, const Part& part) {

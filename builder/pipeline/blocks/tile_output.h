@@ -54,7 +54,7 @@ class TileOutput final : public pyramid::RowSink {
 
   // The first error; rows after it are passed over.
   [[nodiscard]] const Result<void>& status() const { return status_; }
-  // Of all tiles of the block: for each level the sums over its parts.
+  // What was measured of all tiles of the block: for each level the sums over its parts.
   [[nodiscard]] BlockQuality quality() const;
 
  private:

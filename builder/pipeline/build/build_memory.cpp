@@ -40,7 +40,7 @@ std::vector<pyramid::BlockLevel> widest_block(const LayerPlan& plan, const Tier&
     const std::int64_t apron = (level.active.width - level.core.width) / 2;
     level.core.width = std::min(level.core.width, data);
     level.active.width = std::min(level.active.width, plan.is_closed ? data + 2 * apron : data);
-    // Of a closed layer, with up to two texels of the coarsest level more: see WorkMap::seam_apron.
+    // A closed layer has up to two texels of the coarsest level more: see WorkMap::seam_apron.
     if (plan.is_closed) level.beyond.width = apron + 2 * (level.core.width >> plan.info.tile_exponent) + 2;
   }
   return block;
@@ -54,7 +54,7 @@ std::size_t classes_per_texel(const LayerPlan& plan, int depth) {
   return depth < 2 && area_exponent(plan) == 0 ? std::size_t{1} << (2 * depth) : kClasses;
 }
 
-// Of a ClassCascade: rows of planes, and of each level but the base two rows of counts with room for all that the finer two rows have.
+// The memory of a ClassCascade: rows of planes, and of each level but the base two rows of counts with room for all that the finer two rows have.
 std::size_t class_cascade_bytes(const LayerPlan& plan, const std::vector<pyramid::BlockLevel>& block, int depth) {
   constexpr std::size_t kRingRows = 4;
   const auto planes = static_cast<std::size_t>(plan.codec->planes());
@@ -159,7 +159,7 @@ std::size_t store_bytes(const LayerPlan& plan, int levels) {
   const std::vector<Tier> tiers = plan_tiers(plan.info, levels);
   std::uint64_t blocks = 0;
   for (const Tier& tier : tiers) blocks += static_cast<std::uint64_t>(tier.blocks());
-  // Of a few islands in a wide sea only the blocks under them are ever listed; coarser tiers have fewer.
+  // When there are a few islands in a wide sea, only the blocks under them are ever listed; coarser tiers have fewer.
   if (plan.sampler) {
     const Tier& base = tiers.front();
     constexpr std::uint64_t kCoarser = 2;  // times as many blocks, all tiers together

@@ -42,7 +42,7 @@ struct BuildReport {
 // store has a layer of that name built from other settings. kIo: the store stays at its last checkpoint.
 [[nodiscard]] Result<BuildReport> build_layer(store::StoreWriter& writer, const LayerPlan& plan, const BuildOptions& options);
 
-// Of a build that failed: the same command on the same data would end in the same way.
+// Whether a build that failed will fail again: the same command on the same data would end in the same way.
 [[nodiscard]] bool is_of_the_data(ErrorCode code);
 
 }  // namespace vt::pipeline

@@ -15,7 +15,7 @@ struct PlanCost {
   std::uint64_t raw_bytes = 0;
 };
 [[nodiscard]] PlanCost plan_cost(const LayerInfo& info);
-// Of all parts of a layer. Texels count once.
+// The cost of all parts of a layer. Texels count once.
 [[nodiscard]] PlanCost plan_cost(const LayerPlan& plan);
 
 struct PlanEstimate {

@@ -12,7 +12,7 @@ namespace vt::pipeline {
 class ErrorList {
  public:
   explicit ErrorList(std::size_t files) : errors_(files) {}
-  // Of file number `i`; each by one thread. The message names the file.
+  // The error of file number `i`; each by one thread. The message names the file.
   void set(std::size_t i, Error error) { errors_[i] = std::move(error); }
   // Nothing, the only error as it is, or one message with all of them in order, cut short after kMostListed. Its code is the first's.
   [[nodiscard]] Result<void> result() const;

@@ -10,7 +10,7 @@
 namespace vt::pipeline {
 namespace {
 
-// Of the finest level one tile is compared at a time; a row of tiles looks into two of a coarser level, and steps from one column to the
+// One tile of the finest level is compared at a time; a row of tiles looks into two of a coarser level, and steps from one column to the
 // next.
 std::size_t tiles_kept(const LayerInfo& layer, Level level) {
   constexpr std::int64_t kOfCoarserLevel = 4;

@@ -134,7 +134,7 @@ std::string hash_of(std::string_view text) {
   return digits;
 }
 
-// Of a file what it holds decides; a hash says it in few bytes.
+// What a file holds decides; a hash says it in few bytes.
 std::string option_in_settings(ChannelType channel, const std::string& name, const std::string& value) {
   const channels::OptionInfo* const option = channels::kind_of(channel).find_option(name);
   return option != nullptr && option->is_file ? hash_of(value) : value;
@@ -262,7 +262,7 @@ Result<SourceBounds> find_bounds(const LayerRequest& request, const std::optiona
   ErrorList errors(sources.size());
   VT_CHECK(for_each_index(sources.size(), threads, [&](std::size_t i) -> Result<void> {
     auto bounds = bounds_in(crs, sources[i]);
-    // Of a source that reaches where the layer's CRS has no answer, as the whole Earth does for most, the layer's area is what can be seen.
+    // When a source reaches where the layer's CRS has no answer, as the whole Earth does for most, the layer's area is what can be seen.
     if (!bounds && request.area && reaches_into(found.all, crs, sources[i])) bounds = found.all;
     if (bounds) {
       found.own[i] = *bounds;

@@ -26,7 +26,7 @@ namespace vt::pipeline {
 struct DatasetFrame {
   geo::Crs crs;
   std::optional<Area> area;
-  // Of layers that are planned for the same new store: those after them lie over them, in the same turn round the globe.
+  // The area of layers that are planned for the same new store: those after them lie over them, in the same turn round the globe.
   std::optional<Area> planned = std::nullopt;
   std::map<std::string, LayerInfo> layers = {};  // its textures, by name
 };

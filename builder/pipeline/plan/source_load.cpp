@@ -22,7 +22,7 @@ std::size_t SourceLoad::chunk_bytes(std::int64_t width, const channels::ChannelC
   std::size_t bytes = texels * texel_bytes;
   if (has_planes) bytes += (texels + static_cast<std::size_t>(width)) * texel_planes;
   if (!has_warped) return bytes;
-  // Of each texel its centre and a corner in the source, samples per texel and the way it is made; of each column what it is made of.
+  // Each texel has its centre and a corner in the source, samples per texel and the way it is made; of each column what it is made of.
   bytes += texels * (2 * sizeof(Point2) + sizeof(float) + 1) + static_cast<std::size_t>(width) * (texel_planes + 2 * sizeof(std::uint64_t));
   const auto samples = static_cast<std::size_t>(std::max(resample::kMostWindowSamples, longest_footprint));
   bytes += samples * (texel_bytes + texel_planes + 1);
@@ -47,7 +47,7 @@ SourceLoad load_of(const std::vector<OpenSource>& sources, const std::vector<Sou
     load.sample_bytes += static_cast<std::uint64_t>(info.width) * static_cast<std::uint64_t>(info.height) * sample;
     load.file_blocks += blocks(info.width, info.block_width) * blocks(info.height, info.block_height);
     load.reader_bytes = std::max(load.reader_bytes, sources[i].raster->resident_bytes());
-    // Of what a reader holds about a third is the block as it is stored; the rest goes when the read ends.
+    // About a third of what a reader holds is the block as it is stored; the rest goes when the read ends.
     if (info.compression != "none")
       load.stored_block_bytes = std::max(load.stored_block_bytes, sources[i].raster->resident_bytes() * 2 / 5);
     load.texel_bytes = std::max(load.texel_bytes, places[i].placed.front().layout.texel_bytes());

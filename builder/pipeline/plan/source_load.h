@@ -34,7 +34,7 @@ struct SourceLoad {
 // `places` belong to `sources` one by one.
 [[nodiscard]] SourceLoad load_of(const std::vector<OpenSource>& sources, const std::vector<SourcePlaces>& places, const LayerInfo& layer,
                                  std::size_t cache_bytes);
-// Of sources that are not there yet.
+// The load of sources that are not there yet.
 [[nodiscard]] SourceLoad expected_load(const LayerRequest& request, const channels::SampleLayout& layout, const LayerInfo& info,
                                        std::size_t cache_bytes);
 

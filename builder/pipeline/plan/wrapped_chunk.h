@@ -22,7 +22,7 @@ class WrappedChunk {
   // Only what load() would add to `content`.
   [[nodiscard]] Result<void> hash(const LayerPlan& plan, const TexelRect& rect, store::ContentHasher& content);
 
-  // Of a layer whose texels may be of several classes: the texels of all rows instead of decode_row(), in parts from west to east.
+  // For a layer whose texels may be of several classes: the texels of all rows instead of decode_row(), in parts from west to east.
   // Otherwise empty.
   [[nodiscard]] std::span<const channels::ClassAreaBlock* const> class_areas() const { return areas_; }
   // All planes of row `y` of the layer, from column rect.x on; returns whether all weights are exactly 1.

@@ -16,7 +16,7 @@ using source::RasterInfo;
 constexpr double kFarthestLatitudeDeg = 90.0;
 constexpr double kFarthestLongitudeDeg = 540.0;
 
-// Of the outermost sample centres, or `outset` samples farther out.
+// The box of the outermost sample centres, or `outset` samples farther out.
 Bounds bounds_of_samples(const RasterInfo& info, const geo::GeoTransform& transform, double outset) {
   const double west = 0.5 - outset;
   const double east = static_cast<double>(info.width) - 0.5 + outset;

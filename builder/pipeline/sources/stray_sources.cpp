@@ -47,7 +47,7 @@ Shape shape_of(const OpenSource& source, const Bounds& bounds) {
 double distance(Point2 a, Point2 b) { return std::hypot(a.x - b.x, a.y - b.y); }
 
 Typical typical_of(const std::vector<Shape>& shapes) {
-  // Of two there is no majority: the first is what the second is compared with.
+  // Two files have no majority: the first is what the second is compared with.
   if (shapes.size() == 2) return {.centre = shapes[0].centre, .size = shapes[0].size, .scatter = 0.0, .step = shapes[0].step};
   const auto median_of = [&](const auto& number) {
     std::vector<double> values;

@@ -1,4 +1,4 @@
-// Buffers that are used again and again. Private to this room.
+// Buffers that are used again and again. Private to this folder.
 #pragma once
 
 #include <cstddef>

@@ -1,5 +1,5 @@
 // What lies under a texel: which samples of a source, and how much of each. A sample is the unit square of its column and row; footprints
-// are measured in samples. Private to this room. Pure geometry in double, any thread.
+// are measured in samples. Private to this folder. Pure geometry in double, any thread.
 #pragma once
 
 #include <array>
@@ -31,7 +31,7 @@ void clip(CoveredRun& run, std::int64_t first, std::int64_t end);
 // What the interval from `low` to `high` covers. Ends within 1e-6 of a sample's edge are that edge.
 [[nodiscard]] CoveredRun covered_run(double low, double high);
 
-// Of each sample the larger part.
+// The larger covered part of each sample that lies in either run.
 [[nodiscard]] CoveredRun united(const CoveredRun& a, const CoveredRun& b);
 
 // The weights with which a value of a surface at `centre` is made of samples between `first` and `end`, along one axis: over `width`

@@ -168,7 +168,7 @@ void GridWarp::map_cell(const TexelRect& texels, const Points& points, std::vect
         *out++ = exact({static_cast<double>(x) + points.offset, static_cast<double>(y) + points.offset});
       continue;
     }
-    // Of this row the quadratic c0 + t (c1 + t c2), t from 0 to 1 along the cell.
+    // The quadratic of this row: c0 + t (c1 + t c2), t from 0 to 1 along the cell.
     const auto w = weights_at((static_cast<double>(y - texels.y) + points.offset) / static_cast<double>(texels.height));
     const auto& n = cell.node;
     const std::array<Point2, 3> at{Point2{mix(w, n[0].x, n[3].x, n[6].x), mix(w, n[0].y, n[3].y, n[6].y)},
@@ -193,7 +193,7 @@ double GridWarp::most_samples_per_texel(const TexelRect& rect) const {
     for (int column = 0; column < kPlaces; ++column) {
       const double x = static_cast<double>(rect.x) + static_cast<double>(rect.width) * column / (kPlaces - 1);
       const double y = static_cast<double>(rect.y) + static_cast<double>(rect.height) * row / (kPlaces - 1);
-      // Of the steps to both sides the shorter: the other one may lead over the line at which longitudes jump.
+      // The shorter of the steps to both sides: the other one may lead over the line at which longitudes jump.
       const Point2 here = exact({x, y});
       const auto step = [&](double dx, double dy) {
         return greatest_stretch(difference(exact({x + dx, y}), here), difference(exact({x, y + dy}), here));

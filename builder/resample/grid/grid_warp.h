@@ -49,7 +49,7 @@ class GridWarp {
 
   // Texel edges run along sample edges, columns to the east and rows to the south: column edges depend on the texel's column alone.
   [[nodiscard]] bool is_axis_aligned() const { return same_crs_ && source_.is_north_up(); }
-  // Of all texels of `rect`, at most: exact where the grids share a coordinate system, otherwise found at a few places.
+  // The most of any texel of `rect`: exact where the grids share a coordinate system, otherwise found at a few places.
   [[nodiscard]] double most_samples_per_texel(const TexelRect& rect) const;
 
   // Where the first sample of `other` lies among the samples of this source, in whole samples, when all samples of a raster of

@@ -1,4 +1,4 @@
-// A rectangle of texels or samples in filter space while sources are laid over each other in it. Private to this room.
+// A rectangle of texels or samples in filter space while sources are laid over each other in it. Private to this folder.
 #pragma once
 
 #include <cstdint>

@@ -1,6 +1,6 @@
 // Sources whose samples lie on one grid, read as one raster: later ones lie over earlier ones, sample by sample, in filter space. The grid
 // is the layer's own, or that of the sources; then the raster is resampled as a whole, so that nothing shows where one file ends and the
-// next begins. Private to this room. Threads: immutable once made; windows and buffers belong to one thread.
+// next begins. Private to this folder. Threads: immutable once made; windows and buffers belong to one thread.
 #pragma once
 
 #include <cstddef>
@@ -55,7 +55,7 @@ class SampleGrid {
 
   [[nodiscard]] const std::vector<Member>& members() const { return members_; }
   [[nodiscard]] const RectIndex& index() const { return index_; }
-  // Of all members together.
+  // The box around all members.
   [[nodiscard]] const TexelRect& bounds() const { return bounds_; }
 
   // The parts of `window`, in order. Sources under opaque ones are left out: they are neither read nor do they count as content.

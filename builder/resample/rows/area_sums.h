@@ -1,6 +1,6 @@
 // Sums over the samples under texels, each sample by its covered part: planes by their rules, classes by their areas. Sums are in double
 // and taken in one order (rows from north to south, samples from west to east), so that they depend on nothing but the texel and its
-// samples. Private to this room. One object per thread, reused.
+// samples. Private to this folder. One object per thread, reused.
 #pragma once
 
 #include <cstddef>
@@ -14,7 +14,7 @@
 
 namespace vt::resample {
 
-// Of many texels at once, told apart by number.
+// The sums of many texels at once, told apart by number.
 class PlaneSums {
  public:
   // Windows that will be added hold all planes of the codec.
@@ -22,7 +22,7 @@ class PlaneSums {
   // What `run` covers of row `row` of the window, which it lies inside.
   void add(std::size_t texel, const SampleWindow& window, std::int64_t row, const CoveredRun& run);
   [[nodiscard]] bool has_extremes() const { return has_extremes_; }
-  // Of planes of least and greatest values only.
+  // For planes of least and greatest values only.
   void add_extremes(std::size_t texel, const SampleWindow& window, std::int64_t row, const CoveredRun& run);
   // The means over all that was added, as texel `i` of a row; of nothing they are 0. Extremes are of samples that have data.
   void finish(std::size_t texel, const channels::PlaneRow& out, std::int64_t i) const;

@@ -1,4 +1,4 @@
-// Texels whose footprint is one sample: between the four nearest samples, or the nearest as it is. Private to this room. One object per
+// Texels whose footprint is one sample: between the four nearest samples, or the nearest as it is. Private to this folder. One object per
 // thread, reused.
 #pragma once
 
@@ -28,7 +28,7 @@ class OneSampleRows {
                  const channels::PlaneRow& out) const;
   static void pick(const PlaneBlock& block, const Kind* kinds, const Point2* centres, std::size_t count, const channels::PlaneRow& out);
 
-  // Of each texel: the offset of its north-western sample in a plane of the window, and from there to the southern and the eastern one.
+  // For each texel: the offset of its north-western sample in a plane of the window, and from there to the southern and the eastern one.
   std::vector<std::uint32_t> first_;
   std::vector<std::uint32_t> down_;
   std::vector<std::uint32_t> right_;

@@ -1,5 +1,5 @@
 // The inner loops of resampling, a run of samples or texels at a time; SIMD with run-time dispatch. Additions and multiplications only, so
-// every CPU gives the same bits as the plain loops. Private to this room. Any thread.
+// every CPU gives the same bits as the plain loops. Private to this folder. Any thread.
 #pragma once
 
 #include <cstddef>

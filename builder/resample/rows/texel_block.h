@@ -1,4 +1,4 @@
-// Texels of a layer in filter space while grids of sources are laid over each other in it. Private to this room. Threads: a value.
+// Texels of a layer in filter space while grids of sources are laid over each other in it. Private to this folder. Threads: a value.
 #pragma once
 
 #include <cstddef>
@@ -25,7 +25,7 @@ struct TexelBlock {
   PlaneBlock block;                // all planes; texels that lie in no source are without data
   channels::ClassAreaBlock areas;  // instead of them, when has_areas
   bool has_areas = false;
-  // Of each texel, in mosaics: which of its places lie in a source (its planes are those of the covered part alone), and whether its centre
+  // For each texel, in mosaics: which of its places lie in a source (its planes are those of the covered part alone), and whether its centre
   // does.
   std::vector<std::uint64_t> places;
   std::vector<std::uint8_t> has_centre;

@@ -1,5 +1,5 @@
 // The texels of a part of a layer in the samples of a grid of sources: where they lie, whether a source is there, and which way each is
-// made. Private to this room. One object per thread, reused.
+// made. Private to this folder. One object per thread, reused.
 #pragma once
 
 #include <cstdint>
@@ -57,7 +57,7 @@ class TexelFootprints {
   std::vector<GridWarp::Patch> patches_;
   std::vector<float> samples_per_texel_;
   std::vector<Kind> kinds_;
-  // Of the piece that is looked at: the sources near it, or the grid's bounds where they are full of sources.
+  // In the piece that is looked at: the sources near it, or the grid's bounds where they are full of sources.
   std::vector<TexelRect> near_;
   std::vector<std::uint32_t> found_;
 };

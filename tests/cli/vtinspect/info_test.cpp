@@ -101,7 +101,7 @@ TEST_F(VtinspectInfo, SaysThatASuperblockIsDamaged) {
   EXPECT_EQ(run({"sample", "s.vts", "--layer", "color", "--texel", "0,0"}).err, "") << "it is the last state all the same";
 }
 
-// Of a store that a program has written which had each commit in one superblock only.
+// A store that a program has written which had each commit in one superblock only.
 TEST_F(VtinspectInfo, WhatMayBeOlderIsSaidByWhoeverReadsIt) {
   std::filesystem::copy_file(std::filesystem::path(VT_SCHEMAS) / "../tests/golden/version-3-unpaired.vts", directory_ / "s.vts");
   flip_bit(directory_ / "s.vts", 40);

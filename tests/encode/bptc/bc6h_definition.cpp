@@ -119,7 +119,7 @@ void pick_indices(Candidate& candidate, std::size_t subset, std::uint32_t mask, 
   }
 }
 
-// Of each channel of a subset: its light, and kLightWeight over the square of the light that a unit of squared error buys at the texels'
+// For each channel of a subset: its light, and kLightWeight over the square of the light that a unit of squared error buys at the texels'
 // positions, see nearer_in_light().
 struct SubsetLight {
   Color<3> total{};
@@ -154,7 +154,7 @@ SubsetLight light_of_subset(const Candidate& candidate, std::uint32_t mask, cons
   return result;
 }
 
-// Of each channel of a subset with these ends, a share `free_light` of the light being free.
+// For each channel of a subset with these ends, a share `free_light` of the light being free.
 Color<3> channel_costs(const Candidate& candidate, const EndCode& end0, const EndCode& end1, std::uint32_t mask, const SubsetLight& wanted,
                        float free_light, const Texels<3>& texels) {
   const store::Bc6hMode& mode = store::kBc6hModes[candidate.choice.mode];

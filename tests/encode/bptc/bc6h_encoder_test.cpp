@@ -145,7 +145,7 @@ TEST(Bc6hEncoder, AHotTexelInTheDarkKeepsBoth) {
   }
 }
 
-// Of blocks it need not be true, and of pictures only nearly between the upper two: what is made small is not the squared error of codes
+// It need not be true of blocks, and of pictures only nearly between the upper two: what is made small is not the squared error of codes
 // alone, and of noise in which lines hardly help six partitions offer more light to keep than one.
 TEST(Bc6hEncoder, NoPictureIsWorseAtAHigherQuality) {
   for (const HalfImage& source : {hostile_image(), night_image(256, 256, 2), noise_half_image(128, 128, 6, 2), city_lights(256, 256, 3)}) {

@@ -58,7 +58,7 @@ double total_of(const RasterSpec& spec, const Light& light) {
 
 constexpr std::array kFormats{TexelFormat::kRgba32Float, TexelFormat::kRgba16Float, TexelFormat::kRgb9e5, TexelFormat::kBc6h};
 
-// Of one number, relative, at most: 2^-11 for a half, 2^-9 for the mantissa of rgb9e5; end points of bc6h are 31 half codes apart, of which
+// The error of one number, relative, at most: 2^-11 for a half, 2^-9 for the mantissa of rgb9e5; end points of bc6h are 31 half codes apart, of which
 // 1024 are an octave.
 double half_step(TexelFormat format) {
   switch (format) {

@@ -26,7 +26,7 @@ struct LevelValues {
 };
 // Finest first.
 using Pyramid = std::vector<LevelValues>;
-// Of one store, by layer.
+// The answers of one store, by layer.
 using Pyramids = std::map<std::string, Pyramid>;
 
 // How another tool is to be run: `kernel` for gdaladdo -r, arguments for the others; in the words of the table.

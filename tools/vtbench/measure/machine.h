@@ -32,7 +32,7 @@ struct Spread {
   double min = 0.0;
   double max = 0.0;
 };
-// Of at least one value. The median of an even count is the mean of the middle two.
+// The spread of at least one value. The median of an even count is the mean of the middle two.
 [[nodiscard]] Spread spread_of(std::vector<double> values);
 
 // Seconds of the steady clock that `work` takes.

@@ -18,7 +18,7 @@ class BuildReport {
 
   // Our own build of a job comes before its peers.
   void add(const Contender& contender, const Measured& measured);
-  // Of the job of our build that was added last.
+  // To the job of our build that was added last.
   void add_parts(const PartSeconds& parts);
 
   [[nodiscard]] const Table& table() const { return table_; }
