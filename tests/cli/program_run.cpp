@@ -13,12 +13,8 @@
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 #include <system_error>
-#include <valijson/adapters/nlohmann_json_adapter.hpp>
-#include <valijson/schema.hpp>
-#include <valijson/schema_parser.hpp>
-#include <valijson/validation_results.hpp>
-#include <valijson/validator.hpp>
 
+#include "builder/text/json_schema.h"
 #include "tests/support/temp_folder.h"
 
 namespace vt::test {
@@ -83,22 +79,14 @@ Outcome run_program(const std::string& program, const std::vector<std::string>& 
 std::string schema_complaints(const std::string& schema_name, const nlohmann::json& document) {
   const auto file = std::filesystem::path(VT_SCHEMAS) / (schema_name + ".schema.json");
   const nlohmann::json schema_text = nlohmann::json::parse(contents_of(file));
-  valijson::Schema schema;
-  valijson::SchemaParser parser;
-  const valijson::adapters::NlohmannJsonAdapter schema_adapter(schema_text);
-  parser.populateSchema(schema_adapter, schema);
-
-  valijson::Validator validator;
-  valijson::ValidationResults results;
-  const valijson::adapters::NlohmannJsonAdapter document_adapter(document);
-  if (validator.validate(schema, document_adapter, &results)) return "";
+  const auto found = text::schema_complaints(document, schema_text);
+  if (!found) return found.error().message;
   std::string complaints;
-  valijson::ValidationResults::Error error;
-  while (results.popError(error)) {
-    for (const std::string& part : error.context) complaints += part;
-    complaints += ": " + error.description + "\n";
+  for (const text::SchemaComplaint& complaint : *found) {
+    for (const std::string& part : complaint.place) complaints += part;
+    complaints += ": " + complaint.description + "\n";
   }
-  return complaints.empty() ? "does not follow the schema" : complaints;
+  return complaints;
 }
 
 }  // namespace vt::test

@@ -4,11 +4,8 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <string>
-#include <valijson/adapters/nlohmann_json_adapter.hpp>
-#include <valijson/schema.hpp>
-#include <valijson/schema_parser.hpp>
-#include <valijson/validation_results.hpp>
-#include <valijson/validator.hpp>
+
+#include "builder/text/json_schema.h"
 
 namespace vt::sample {
 
@@ -16,16 +13,14 @@ namespace vt::sample {
 inline std::string schema_complaint(const nlohmann::json& document) {
   std::ifstream file(VT_SCHEMAS "/dataset.schema.json");
   const nlohmann::json schema_json = nlohmann::json::parse(file);
-  valijson::Schema schema;
-  valijson::SchemaParser(valijson::SchemaParser::kDraft7).populateSchema(valijson::adapters::NlohmannJsonAdapter(schema_json), schema);
-  valijson::ValidationResults results;
-  if (valijson::Validator().validate(schema, valijson::adapters::NlohmannJsonAdapter(document), &results)) return "";
-  valijson::ValidationResults::Error error;
+  const auto complaints = text::schema_complaints(document, schema_json);
+  if (!complaints) return complaints.error().message;
+  if (complaints->empty()) return "";
   std::string text = "invalid";
-  while (results.popError(error)) {
+  for (const text::SchemaComplaint& complaint : *complaints) {
     text += ";";
-    for (const std::string& part : error.context) text += " " + part;
-    text += ": " + error.description;
+    for (const std::string& part : complaint.place) text += " " + part;
+    text += ": " + complaint.description;
   }
   return text;
 }

@@ -1,14 +1,10 @@
 #include "builder/pipeline/request/dataset_schema.h"
 
 #include <nlohmann/json.hpp>
-#include <valijson/adapters/nlohmann_json_adapter.hpp>
-#include <valijson/schema.hpp>
-#include <valijson/schema_parser.hpp>
-#include <valijson/validation_results.hpp>
-#include <valijson/validator.hpp>
 #include <vector>
 
 #include "builder/pipeline/request/embedded_schemas.h"
+#include "builder/text/json_schema.h"
 
 namespace vt::pipeline {
 namespace {
@@ -27,25 +23,16 @@ std::string json_pointer(const std::vector<std::string>& context) {
   return pointer.empty() ? "/" : pointer;
 }
 
-Result<void> check(const json& document, const json& schema_document, const std::string& where) {
-  try {
-    valijson::Schema schema;
-    valijson::SchemaParser(valijson::SchemaParser::kDraft7)
-        .populateSchema(valijson::adapters::NlohmannJsonAdapter(schema_document), schema);
-    valijson::ValidationResults results;
-    valijson::Validator validator;
-    if (validator.validate(schema, valijson::adapters::NlohmannJsonAdapter(document), &results)) return {};
-    // The deepest place is the one that a person can act on; outer ones only repeat that something inside is
-    // wrong.
-    valijson::ValidationResults::Error error;
-    valijson::ValidationResults::Error deepest;
-    while (results.popError(error))
-      if (error.context.size() >= deepest.context.size()) deepest = error;
-    return fail(ErrorCode::kInvalidData, where + ": at " + json_pointer(deepest.context) + ": " + deepest.description +
-                                             " See schemas/dataset.schema.json for what is accepted.");
-  } catch (const std::exception& e) {
-    return fail(ErrorCode::kInternal, where + ": the dataset schema could not be applied: " + e.what());
-  }
+Result<void> check(const json& document, const json& schema, const std::string& where) {
+  auto complaints = text::schema_complaints(document, schema);
+  if (!complaints) return fail(complaints.error().code, where + ": " + complaints.error().message);
+  if (complaints->empty()) return {};
+  // The deepest place is the one that a person can act on.
+  const text::SchemaComplaint* deepest = &complaints->front();
+  for (const text::SchemaComplaint& complaint : *complaints)
+    if (complaint.place.size() >= deepest->place.size()) deepest = &complaint;
+  return fail(ErrorCode::kInvalidData, where + ": at " + json_pointer(deepest->place) + ": " + deepest->description +
+                                           " See schemas/dataset.schema.json for what is accepted.");
 }
 
 }  // namespace
