@@ -1,5 +1,6 @@
-// The fixed-function path: OpenGL 1.2, and the two block-compression extensions where the host allows them and the context has them.
-// This file and its .cpp see no newer name, as gl12_table.h has none. GL thread, the context current.
+// The fixed-function path: OpenGL 1.2, and the two block-compression extensions where the host allows them
+// and the context has them. This file and its .cpp see no newer name, as gl12_table.h has none. GL thread,
+// the context current.
 #pragma once
 
 #include "runtime/gl_textures.h"
@@ -10,8 +11,9 @@ namespace vt::runtime {
 class Gl12Backend {
  public:
   [[nodiscard]] Result<void> load(const GlHost& host, GlTextures& textures);
-  // What the loader shall deliver for a layer's format, and how GL takes it. One channel becomes luminance, two luminance and alpha. Blocks
-  // that the card does not take are decoded. kUnsupported for numbers beyond 0 to 1, which OpenGL 1.2 has no textures for.
+  // What the loader shall deliver for a layer's format, and how GL takes it. One channel becomes luminance,
+  // two luminance and alpha. Blocks that the card does not take are decoded. kUnsupported for numbers beyond
+  // 0 to 1, which OpenGL 1.2 has no textures for.
   struct Upload {
     TexelFormat format = TexelFormat::kRgb8;
     GlPixelFormat pixel;

@@ -1,5 +1,5 @@
-// How OpenGL takes each texel format: one row a format. Names newer than OpenGL 1.2 are in the .cpp only, so that the fixed-function path
-// can include this. Plain values, any thread.
+// How OpenGL takes each texel format: one row a format. Names newer than OpenGL 1.2 are in the .cpp only, so
+// that the fixed-function path can include this. Plain values, any thread.
 #pragma once
 
 #include "runtime/gl_textures.h"
@@ -17,7 +17,8 @@ enum class BlockSupport {
 
 struct GlFormat {
   TexelFormat format;
-  // In OpenGL 1.2 and, of blocks, its extensions: one channel is luminance, two are luminance and alpha. is_none() where it has none.
+  // In OpenGL 1.2 and, of blocks, its extensions: one channel is luminance, two are luminance and alpha.
+  // is_none() where it has none.
   GlPixelFormat fixed;
   // In OpenGL 3.0 and, of blocks, its extensions.
   GlPixelFormat shader;

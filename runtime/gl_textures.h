@@ -1,4 +1,5 @@
-// The tile textures as GL objects, with OpenGL 1.2 functions only; both back ends use it. GL thread, the context current.
+// The tile textures as GL objects, with OpenGL 1.2 functions only; both back ends use it. GL thread, the
+// context current.
 #pragma once
 
 #include <span>
@@ -32,7 +33,8 @@ class GlTextures {
   // Needed before a compressed format is used.
   void set_compression(const gl12::CompressionFunctions& functions) { compression_ = functions; }
 
-  // From OpenGL 2.1 on a host may have a buffer bound that would turn our pointers into offsets; it is put aside while we upload.
+  // From OpenGL 2.1 on a host may have a buffer bound that would turn our pointers into offsets; it is put
+  // aside while we upload.
   struct UnpackBuffer {
     void (*bind)(gl12::GLenum target, gl12::GLuint buffer) = nullptr;
     gl12::GLenum target = 0;

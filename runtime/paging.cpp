@@ -14,7 +14,8 @@ constexpr int kMaxTileTextureExponent = 13;
 // Position along one axis, in texels.
 std::int64_t axis_origin(double center, std::int64_t box, std::int64_t width, std::int64_t data_begin, std::int64_t data_end,
                          std::int64_t hop, const std::int64_t* current, double hysteresis) {
-  // The box may travel over the data, rounded out to the grid; where the data is smaller than the box there is nowhere to go.
+  // The box may travel over the data, rounded out to the grid; where the data is smaller than the box there
+  // is nowhere to go.
   const std::int64_t first = std::min(data_begin / hop * hop, width - box);
   const std::int64_t last = std::max(first, std::min((data_end + hop - 1) / hop * hop, width) - box);
 
@@ -47,7 +48,8 @@ Result<VtLayout> make_layout(const LayerInfo& layer, const LayoutOptions& option
                   .data = layer.data,
                   .levels = {}};
 
-  // The coarsest level that is kept is the finest one that a single tile holds; a store whose root tile is larger still is held whole.
+  // The coarsest level that is kept is the finest one that a single tile holds; a store whose root tile is
+  // larger still is held whole.
   const int coarsest = std::clamp(options.tile_exponent - int{layer.tile_exponent}, 0, int{layer.finest.value});
   for (int value = layer.finest.value; value >= coarsest; --value) {
     const Level level{static_cast<std::uint8_t>(value)};
@@ -82,8 +84,8 @@ Result<VtLayout> make_layout(const LayerInfo& layer, const LayoutOptions& option
     if (hop == 0) hop = tiles_per_side == 1 && tile_exponent < level_exponent ? tile / 2 : tile;
     hop = std::clamp<std::int64_t>(hop, std::int64_t{1} << block_exponent, tile);
 
-    // Mip k of a tile is a rectangle of the level k coarser; it lies on that level's texels (or blocks) only when 2^k divides the tile's
-    // origin.
+    // Mip k of a tile is a rectangle of the level k coarser; it lies on that level's texels (or blocks) only
+    // when 2^k divides the tile's origin.
     const int mips_on_grid = log2_floor(hop) - block_exponent + 1;
     const int mips_in_store = value + 1;
     const int most = std::max(1, std::min(mips_on_grid, mips_in_store));

@@ -1,9 +1,11 @@
-// Where the tiles of each level lie around the paging center, and the texture transforms that follow (equations of the virtual-texture
-// paper, the others of which are in tests/support/paper_equations.h). Pure functions and values, no GL, no store; any thread. All
-// arithmetic is double; tile origins are integers, so nothing drifts.
+// Where the tiles of each level lie around the paging center, and the texture transforms that follow
+// (equations of the virtual-texture paper, the others of which are in tests/support/paper_equations.h). Pure
+// functions and values, no GL, no store; any thread. All arithmetic is double; tile origins are integers, so
+// nothing drifts.
 //
-// Spaces, as in store/vt_mapping.h: (s, t) runs 0..1 over the layer's padded square from its south-west corner; texel rows count from the
-// north. (U, V) is one tile's own texture space, 0..1 from its south-west corner. Names without a comment of their own are the paper's.
+// Spaces, as in store/vt_mapping.h: (s, t) runs 0..1 over the layer's padded square from its south-west
+// corner; texel rows count from the north. (U, V) is one tile's own texture space, 0..1 from its south-west
+// corner. Names without a comment of their own are the paper's.
 #pragma once
 
 #include <cstdint>
@@ -24,7 +26,8 @@ struct Linear {
   double trans = 0.0;
   [[nodiscard]] double operator()(double u) const { return scale * u + trans; }
 };
-// Equation 5 for coordinates that count from `origin`: U = scale * (u - origin) + trans. The large terms cancel before they are scaled.
+// Equation 5 for coordinates that count from `origin`: U = scale * (u - origin) + trans. The large terms
+// cancel before they are scaled.
 [[nodiscard]] Linear local_transform(double center, int tile, int paper_level, int vt, double origin);
 
 // --- Boxes in (s, t) ----------------------------------------------------------------------------------------------------------------
@@ -52,8 +55,8 @@ struct Box {
 
 // --- The paging grid ----------------------------------------------------------------------------------------------------------------
 
-// One level as the runtime keeps it: n x n tile textures of 2^tile_exponent texels around a center. Tile size and n are the runtime's own
-// choice and need not be the store's.
+// One level as the runtime keeps it: n x n tile textures of 2^tile_exponent texels around a center. Tile size
+// and n are the runtime's own choice and need not be the store's.
 struct LevelLayout {
   Level level;
   int tile_exponent = 9;
@@ -77,9 +80,9 @@ struct VtLayout {
   [[nodiscard]] std::int64_t width(Level level) const { return std::int64_t{1} << (store_tile_exponent + level.value); }
 };
 
-// Makes a legal layout from wishes: tiles are never wider than their level, hops keep every mip on the texel grid of the level that it is
-// copied from (an origin is a multiple of 2^(mips-1) texels, 4 * 2^(mips-1) for block formats), and mips stop at the store's root. kUsage
-// when a wish is out of its range.
+// Makes a legal layout from wishes: tiles are never wider than their level, hops keep every mip on the texel
+// grid of the level that it is copied from (an origin is a multiple of 2^(mips-1) texels, 4 * 2^(mips-1) for
+// block formats), and mips stop at the store's root. kUsage when a wish is out of its range.
 [[nodiscard]] Result<VtLayout> make_layout(const LayerInfo& layer, const LayoutOptions& options);
 
 // The north-west texel of a tile (or of a level's n x n box) on its own level.
@@ -89,9 +92,10 @@ struct TexelOrigin {
   bool operator==(const TexelOrigin&) const = default;
 };
 
-// Where the level's n x n box goes for a center in (s, t): on the hop grid, inside the padded square and, as far as possible, over data.
-// `current`, where the box is now, is kept while the center stays within `hysteresis` hops of where a change would be due, so that a center
-// that swings across a grid line loads nothing.
+// Where the level's n x n box goes for a center in (s, t): on the hop grid, inside the padded square and, as
+// far as possible, over data. `current`, where the box is now, is kept while the center stays within
+// `hysteresis` hops of where a change would be due, so that a center that swings across a grid line loads
+// nothing.
 [[nodiscard]] TexelOrigin box_origin(const VtLayout& layout, const LevelLayout& level, double s, double t,
                                      const TexelOrigin* current = nullptr, double hysteresis = 0.25);
 
@@ -100,9 +104,10 @@ struct TexelOrigin {
 // The (s, t) of a tile's center. Exact.
 [[nodiscard]] Point2 center_of(const VtLayout& layout, const LevelLayout& level, TexelOrigin tile);
 
-// What a texture matrix or a shader needs: U = scale_x * du + trans_x, V_gl = scale_y * dv + trans_y, where (du, dv) = (u, v) - origin are
-// the dataset's coordinates counted from a place near the geometry. V_gl counts from the tile's northern row, which is the first row of the
-// texture as uploaded; so scale_y is negative.
+// What a texture matrix or a shader needs: U = scale_x * du + trans_x, V_gl = scale_y * dv + trans_y, where
+// (du, dv) = (u, v) - origin are the dataset's coordinates counted from a place near the geometry. V_gl
+// counts from the tile's northern row, which is the first row of the texture as uploaded; so scale_y is
+// negative.
 struct TileMatrix {
   double scale_x = 1.0;
   double scale_y = -1.0;

@@ -36,7 +36,8 @@ bool Residency::center_level(int level_index, double s, double t) {
   box = moved;
   placed_[index] = true;
 
-  // Hand out the n x n places: first to slots that show (or are getting) one of them already, then to the others in order.
+  // Hand out the n x n places: first to slots that show (or are getting) one of them already, then to the
+  // others in order.
   const int n = level.tiles_per_side;
   const std::span<Slot> slots = std::span(slots_).subspan(static_cast<std::size_t>(first_slot_[index]), static_cast<std::size_t>(n * n));
   std::array<bool, 64> place_taken{};

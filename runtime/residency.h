@@ -1,5 +1,6 @@
-// What every tile texture shows now and what it should show. Each tile is double-buffered: the shown texture stays as it is until the
-// hidden one is complete, then they swap, so no frame sees half a tile. Knows no GL and no disk; belongs to the GL thread.
+// What every tile texture shows now and what it should show. Each tile is double-buffered: the shown texture
+// stays as it is until the hidden one is complete, then they swap, so no frame sees half a tile. Knows no GL
+// and no disk; belongs to the GL thread.
 #pragma once
 
 #include <cstdint>
@@ -38,7 +39,8 @@ class Residency {
     return layout_.levels[static_cast<std::size_t>(slot(slot_index).level)];
   }
 
-  // Moves a level's box. Tiles that already show a wanted place keep it; true when any slot now wants something else.
+  // Moves a level's box. Tiles that already show a wanted place keep it; true when any slot now wants
+  // something else.
   bool center_level(int level_index, double s, double t);
   [[nodiscard]] TexelOrigin level_origin(int level_index) const { return origins_[static_cast<std::size_t>(level_index)]; }
 

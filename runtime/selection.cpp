@@ -6,8 +6,8 @@
 namespace vt::runtime {
 namespace {
 
-// The part of a box that no tile covers yet, as disjoint boxes. Fixed memory: when it would not suffice, a piece that is covered in truth
-// stays listed, which costs a stage and never a hole.
+// The part of a box that no tile covers yet, as disjoint boxes. Fixed memory: when it would not suffice, a
+// piece that is covered in truth stays listed, which costs a stage and never a hole.
 class Uncovered {
  public:
   explicit Uncovered(const Box& box) : pieces_{box}, count_(1) {}

@@ -6,7 +6,8 @@
 namespace vt::runtime {
 namespace {
 
-// Small uploads measure the call more than the bus; a single one must not swing the rate. Half a second of frames at 60 Hz settles it.
+// Small uploads measure the call more than the bus; a single one must not swing the rate. Half a second of
+// frames at 60 Hz settles it.
 constexpr double kLearningRate = 0.1;
 // The first uploads come before anything is known: a small probe.
 constexpr std::size_t kProbeBytes = 64 * 1024;

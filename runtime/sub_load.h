@@ -1,6 +1,7 @@
-// Second stage of paging: how much of a tile goes to GL in one update. A tile is cut into bands of whole rows (below one row: parts of a
-// row), so an update never sends more than its budget; the budget in time becomes bytes through a rate learned from the uploads themselves.
-// No GL, no clock of its own; belongs to the GL thread.
+// Second stage of paging: how much of a tile goes to GL in one update. A tile is cut into bands of whole rows
+// (below one row: parts of a row), so an update never sends more than its budget; the budget in time becomes
+// bytes through a rate learned from the uploads themselves. No GL, no clock of its own; belongs to the GL
+// thread.
 #pragma once
 
 #include <cstddef>

@@ -1,7 +1,8 @@
-// The loader thread: first stage of paging, from disk to memory. It reads a tile and its mips, turns them into what the graphics card
-// takes, and hands them over in staging buffers from a fixed pool. The GL thread only swaps pointers with it under a short lock; it never
-// waits for the disk. Threads: post, take, release and the counters belong to one thread (the GL thread); the constructor starts the
-// loader, the destructor stops it.
+// The loader thread: first stage of paging, from disk to memory. It reads a tile and its mips, turns them
+// into what the graphics card takes, and hands them over in staging buffers from a fixed pool. The GL thread
+// only swaps pointers with it under a short lock; it never waits for the disk. Threads: post, take, release
+// and the counters belong to one thread (the GL thread); the constructor starts the loader, the destructor
+// stops it.
 #pragma once
 
 #include <array>
@@ -53,15 +54,16 @@ struct TileImage {
 
 class TileLoader {
  public:
-  // `largest` is the largest tile of the layout; `most_requests` bounds post(). Nothing is allocated after this.
+  // `largest` is the largest tile of the layout; `most_requests` bounds post(). Nothing is allocated after
+  // this.
   TileLoader(std::shared_ptr<TileSource> source, TexelConversion conversion, int largest_exponent, int most_mips, int staging_tiles,
              std::size_t most_requests);
   ~TileLoader();
   TileLoader(const TileLoader&) = delete;
   TileLoader& operator=(const TileLoader&) = delete;
 
-  // Replaces everything that was asked for. What is wanted first stands first. Tiles in work or waiting to be taken are not read again;
-  // the tile in work is given up when it is not among the requests.
+  // Replaces everything that was asked for. What is wanted first stands first. Tiles in work or waiting to be
+  // taken are not read again; the tile in work is given up when it is not among the requests.
   void post(std::span<const TileRequest> requests);
   // A finished (or failed) tile, or nullptr. Give it back with release().
   [[nodiscard]] TileImage* take();

@@ -1,4 +1,5 @@
-// Where tile texels come from. The loader thread is its only caller; tests put slow, failing and watching sources in its place.
+// Where tile texels come from. The loader thread is its only caller; tests put slow, failing and watching
+// sources in its place.
 #pragma once
 
 #include <cstddef>
@@ -14,7 +15,8 @@ namespace vt::runtime {
 class TileSource {
  public:
   virtual ~TileSource() = default;
-  // Fills `out`, tightly packed in the layer's format, with `rect` of `level`; holes come from coarser levels.
+  // Fills `out`, tightly packed in the layer's format, with `rect` of `level`; holes come from coarser
+  // levels.
   [[nodiscard]] virtual Result<void> read(Level level, const TexelRect& rect, std::span<std::byte> out) = 0;
 };
 

@@ -1,6 +1,8 @@
-// The runtime's whole public face: a texture of practically unlimited size, streamed from a store, that behaves like an ordinary one.
+// The runtime's whole public face: a texture of practically unlimited size, streamed from a store, that
+// behaves like an ordinary one.
 //
-// A host (image generator) opens a VirtualTexture for one layer, gives it the OpenGL context with attach(), and then, every frame:
+// A host (image generator) opens a VirtualTexture for one layer, gives it the OpenGL context with attach(),
+// and then, every frame:
 //
 //     texture.set_center(where_the_observer_is);            // any thread, any time
 //     texture.update();                                      // GL thread: a bounded amount of uploading, never disk
@@ -10,13 +12,13 @@
 //       draw_with_texture_coordinates_minus(its_uv_origin);
 //     }
 //
-// On the shader path bind() takes a ShaderBinding and the fragment shader calls the function that glsl_function() wrote. Any number of
-// virtual textures may be drawn in one pass, each on its own units. Dataset coordinates (u, v) run 0..1 over the dataset's area from its
-// south-west corner.
+// On the shader path bind() takes a ShaderBinding and the fragment shader calls the function that
+// glsl_function() wrote. Any number of virtual textures may be drawn in one pass, each on its own units.
+// Dataset coordinates (u, v) run 0..1 over the dataset's area from its south-west corner.
 //
-// OpenGL is reached only through the host's `getproc`: the library links no GL and makes no context. GL state that update() touches is put
-// back. Threads: set_center() and its kin from anywhere; attach, detach, context_lost, update, select and bind from the GL thread; open and
-// close from anywhere.
+// OpenGL is reached only through the host's `getproc`: the library links no GL and makes no context. GL state
+// that update() touches is put back. Threads: set_center() and its kin from anywhere; attach, detach,
+// context_lost, update, select and bind from the GL thread; open and close from anywhere.
 #pragma once
 
 #include <array>
@@ -52,18 +54,21 @@ struct GlHost {
   GetProc getproc = nullptr;
   void* user = nullptr;
   Path path = Path::kFixedFunction;
-  // false: no extension is used, and no compressed texture either; block-compressed layers are then decoded on the loader thread.
+  // false: no extension is used, and no compressed texture either; block-compressed layers are then decoded
+  // on the loader thread.
   bool allow_extensions = true;
 };
 
 // --- What to keep in memory ---------------------------------------------------------------------------------------------------------
 
-// Wishes; make_layout() in runtime/paging.h turns them into a legal layout. The runtime's tiles need not be the store's.
+// Wishes; make_layout() in runtime/paging.h turns them into a legal layout. The runtime's tiles need not be
+// the store's.
 struct LayoutOptions {
   int tile_exponent = 9;   // tile textures of 2^9 = 512 texels a side; 3..13
   int tiles_per_side = 1;  // n x n tiles a level, 1..8
   int mips = 0;            // 0: as many as the hop allows
-  // The paging grid. 0: half a tile where a level is one tile, else a whole tile, so that tiles are kept when the center moves.
+  // The paging grid. 0: half a tile where a level is one tile, else a whole tile, so that tiles are kept when
+  // the center moves.
   std::int64_t hop_texels = 0;
   int levels = 0;  // how many of the finest levels to page, beside the one over everything; 0: all
   // A level that differs; fields below 1 keep the value above.
@@ -87,10 +92,11 @@ struct Options {
   bool tint_levels = false;                                // colours each level, to see where it lies; 8-bit and BC1 layers
 };
 
-// Texture memory that a layer takes with these options, double buffering and mips included, when `decoded` for block formats that GL does
-// not take.
+// Texture memory that a layer takes with these options, double buffering and mips included, when `decoded`
+// for block formats that GL does not take.
 [[nodiscard]] Result<std::uint64_t> texture_bytes(const LayerInfo& layer, const LayoutOptions& options, bool decoded = false);
-// The options of most texels a level whose texture_bytes() stay within `budget_bytes`. kUsage when not even the smallest do.
+// The options of most texels a level whose texture_bytes() stay within `budget_bytes`. kUsage when not even
+// the smallest do.
 [[nodiscard]] Result<LayoutOptions> layout_for_budget(const LayerInfo& layer, std::uint64_t budget_bytes, bool decoded = false);
 
 // --- What to draw with --------------------------------------------------------------------------------------------------------------
@@ -166,8 +172,8 @@ class VirtualTexture {
   void follow_center(Level level);
   void set_upload_budget(std::size_t bytes, double seconds = 0.0);
 
-  // Creates the tile textures in the current context. kUnsupported when the context cannot do the path or the layer's format; the message
-  // says what is missing.
+  // Creates the tile textures in the current context. kUnsupported when the context cannot do the path or the
+  // layer's format; the message says what is missing.
   [[nodiscard]] Result<void> attach(const GlHost& host);
   void detach();        // deletes them; the context is current
   void context_lost();  // forgets them; attach() again
@@ -178,20 +184,24 @@ class VirtualTexture {
   [[nodiscard]] LoaderCounters loader_counters() const;
   [[nodiscard]] std::string last_error() const;  // of the loader; empty when all is well
 
-  // `most_stages` (shader path): at most this many tiles, not more than the ShaderBinding that will draw them has; 0: Options::max_stages.
+  // `most_stages` (shader path): at most this many tiles, not more than the ShaderBinding that will draw them
+  // has; 0: Options::max_stages.
   [[nodiscard]] StageSet select(const UvBox& box, int most_stages = 0) const;
 
-  // Fixed-function path, on the active texture unit: binds the tile and loads the texture matrix. Texture coordinates are (u, v) -
-  // uv_origin: with an origin inside the geometry they are small numbers, and float is exact enough for any virtual texture. The host
-  // enables GL_TEXTURE_2D.
+  // Fixed-function path, on the active texture unit: binds the tile and loads the texture matrix. Texture
+  // coordinates are (u, v) - uv_origin: with an origin inside the geometry they are small numbers, and float
+  // is exact enough for any virtual texture. The host enables GL_TEXTURE_2D.
   void bind(const StageSet& tiles, Point2 uv_origin = {});
-  // GLSL text of `vec4 NAME(vec2 uv)` with the uniforms it needs, for GLSL 1.20 and later, to be put before the user's main().
+  // GLSL text of `vec4 NAME(vec2 uv)` with the uniforms it needs, for GLSL 1.20 and later, to be put before
+  // the user's main().
   [[nodiscard]] static std::string glsl_function(std::string_view name, int stages);
-  // Looks the uniforms of `name` up and sets its samplers to `first_unit` and following. The program is linked and in use.
+  // Looks the uniforms of `name` up and sets its samplers to `first_unit` and following. The program is
+  // linked and in use.
   [[nodiscard]] Result<ShaderBinding> shader_binding(unsigned program, std::string_view name, int first_unit, int stages);
   // Shader path: binds the tiles and sets the uniforms. The program is in use; unit 0 is left active.
   void bind(const ShaderBinding& binding, const StageSet& tiles, Point2 uv_origin = {});
-  // bind() does not bind again what it bound last on a unit. Call this when something else was bound there since; update() does.
+  // bind() does not bind again what it bound last on a unit. Call this when something else was bound there
+  // since; update() does.
   void forget_bindings();
 
   // Residency, for tools and tests.
@@ -213,8 +223,8 @@ class VirtualTexture {
   std::unique_ptr<Impl> impl_;
 };
 
-// Fills `order` with the draws' indices such that those that share tiles follow one another: then binds = distinct tile sets. No
-// allocation.
+// Fills `order` with the draws' indices such that those that share tiles follow one another: then binds =
+// distinct tile sets. No allocation.
 void sort_by_tile(std::span<const StageSet> draws, std::span<std::uint32_t> order);
 
 // --- Heights on the CPU -------------------------------------------------------------------------------------------------------------
@@ -224,8 +234,8 @@ class HeightField {
  public:
   // The finest level whose data rectangle is at most `most_texels` wide and high.
   [[nodiscard]] static Result<HeightField> read(const store::StoreReader& reader, LayerId layer, int most_texels);
-  // Bilinear between the places of the texels' values, clamped at the data's edge; not-a-number texels take no part. `fallback` where none
-  // is near.
+  // Bilinear between the places of the texels' values, clamped at the data's edge; not-a-number texels take
+  // no part. `fallback` where none is near.
   [[nodiscard]] double at(Point2 uv, double fallback = 0.0) const;
   [[nodiscard]] double min_height() const { return min_; }  // both 0 when there is no data at all
   [[nodiscard]] double max_height() const { return max_; }

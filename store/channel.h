@@ -1,6 +1,7 @@
-// What a number in a layer means. The channel type decides how values combine (builder/channels) and is never guessed from pixel values.
-// A ChannelType may hold any number: a store that a newer program wrote has channels that this program does not know, and its texels are
-// still texels. So nothing here fails for such a number. What is known of each is builder/channels/all_channels.h's to say.
+// What a number in a layer means. The channel type decides how values combine (builder/channels) and is never
+// guessed from pixel values. A ChannelType may hold any number: a store that a newer program wrote has
+// channels that this program does not know, and its texels are still texels. So nothing here fails for such a
+// number. What is known of each is builder/channels/all_channels.h's to say.
 #pragma once
 
 #include <cstdint>
@@ -21,7 +22,8 @@ enum class ChannelType : std::uint16_t {
 inline constexpr ChannelType kLastRegisteredChannel = ChannelType::kMask;
 [[nodiscard]] constexpr bool is_registered(ChannelType type) { return type != ChannelType{} && type <= kLastRegisteredChannel; }
 
-// Numbers from here on are never registered: they are for channels that a user adds in a program of their own.
+// Numbers from here on are never registered: they are for channels that a user adds in a program of their
+// own.
 inline constexpr std::uint16_t kFirstPrivateChannel = 0x8000;
 [[nodiscard]] constexpr bool is_private(ChannelType type) { return static_cast<std::uint16_t>(type) >= kFirstPrivateChannel; }
 

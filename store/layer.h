@@ -1,4 +1,5 @@
-// A layer: one virtual texture in a store. A store holds many layers over one area; they may differ in everything but that area.
+// A layer: one virtual texture in a store. A store holds many layers over one area; they may differ in
+// everything but that area.
 #pragma once
 
 #include <array>
@@ -28,7 +29,8 @@ enum class LayerState : std::uint8_t {
   kComplete = 1,  // an absent tile has no data
 };
 
-// The rectangle of the dataset in the units of its coordinate reference system; (u, v) run 0..1 over it from the south-west corner.
+// The rectangle of the dataset in the units of its coordinate reference system; (u, v) run 0..1 over it from
+// the south-west corner.
 struct Area {
   double west = 0.0;
   double south = 0.0;
@@ -37,7 +39,8 @@ struct Area {
   auto operator<=>(const Area&) const = default;
 };
 
-// The layer's finest grid on the ground. Coordinates of texel edges are always origin + i * step, never a running sum.
+// The layer's finest grid on the ground. Coordinates of texel edges are always origin + i * step, never a
+// running sum.
 struct GridPlacement {
   double origin_x = 0.0;  // outer north-west corner of the data rectangle, CRS units
   double origin_y = 0.0;
@@ -46,9 +49,9 @@ struct GridPlacement {
   auto operator<=>(const GridPlacement&) const = default;
 };
 
-// What the samples of one component of a texel are worth: value = offset + scale * sample, in the channel's unit. A sample is the integer
-// code in unorm formats (0 to 255, 0 to 65535), the decoded value on the scale of 0 to 255 in bc1, bc3, bc4, bc5 and bc7, and the number
-// itself in half, float, rgb9e5 and bc6h.
+// What the samples of one component of a texel are worth: value = offset + scale * sample, in the channel's
+// unit. A sample is the integer code in unorm formats (0 to 255, 0 to 65535), the decoded value on the scale
+// of 0 to 255 in bc1, bc3, bc4, bc5 and bc7, and the number itself in half, float, rgb9e5 and bc6h.
 struct ComponentRange {
   double scale = 1.0;  // finite, not 0
   double offset = 0.0;
@@ -70,7 +73,8 @@ struct LayerInfo {
   Level finest;    // the padded square is 2^(finest + tile_exponent) texels wide at this level
   TexelRect data;  // finest-level texels that the source covers, inside the padded square
   GridPlacement grid;
-  // What "no data" was called in the source, so that `extract` can give it back; NaN when the source had none.
+  // What "no data" was called in the source, so that `extract` can give it back; NaN when the source had
+  // none.
   double source_nodata = std::numeric_limits<double>::quiet_NaN();
   std::array<ComponentRange, 4> components;  // those past the format's channels mean nothing and are as they begin
   bool zero_is_nodata = false;               // of 8- and 16-bit codes: code 0 in component 0 means "no data"
@@ -92,12 +96,14 @@ struct LayerInfo {
   [[nodiscard]] TexelRect data_rect(Level level) const { return coarser(data, finest.value - level.value); }
   // The tiles of `level` that have any part in the data, as a rectangle counted in tiles.
   [[nodiscard]] TexelRect tile_rect(Level level) const { return coarser(data_rect(level), tile_exponent); }
-  // Where in a texel of `level` its value lies, in texels from its north-western corner, along both axes: in the middle, as means do; where
-  // coarse levels are picked from finer ones, in the middle of the finest texel at that corner.
+  // Where in a texel of `level` its value lies, in texels from its north-western corner, along both axes: in
+  // the middle, as means do; where coarse levels are picked from finer ones, in the middle of the finest
+  // texel at that corner.
   [[nodiscard]] double value_offset(Level level) const {
     return is_point_sampled ? 0.5 / static_cast<double>(std::uint64_t{1} << (finest.value - level.value)) : 0.5;
   }
-  // The decoded bytes of every tile; 0 in a layer of blobs, whose tiles have sizes of their own, and of an unknown format.
+  // The decoded bytes of every tile; 0 in a layer of blobs, whose tiles have sizes of their own, and of an
+  // unknown format.
   [[nodiscard]] std::size_t tile_payload_bytes() const { return payload_bytes(format_info(format), tile_texels(), tile_texels()); }
 };
 

@@ -24,9 +24,10 @@
 namespace vt::store {
 namespace {
 
-// Levels whose tiles lie mixed, those over one place together. Three levels over one tile are 21 tiles, one to four megabytes: what a
-// view of one place needs at once and about what a disk reads ahead. With one level a group, a flight down through 20 levels reads at 20
-// places; with all levels in one, neighbours in the finest one lie as far apart as whole subtrees are long.
+// Levels whose tiles lie mixed, those over one place together. Three levels over one tile are 21 tiles, one
+// to four megabytes: what a view of one place needs at once and about what a disk reads ahead. With one level
+// a group, a flight down through 20 levels reads at 20 places; with all levels in one, neighbours in the
+// finest one lie as far apart as whole subtrees are long.
 constexpr int kGroupLevels = 3;
 
 // Shared records whose new place is remembered, so that they stay shared; forgetting one costs a copy of it.
@@ -42,8 +43,8 @@ struct PageRoom {
   bool is_reserved = false;
 };
 
-// One level of one layer on its way. A page has as many entries in the new store as in the old one, so the room it takes is known before
-// the places of its tiles are.
+// One level of one layer on its way. A page has as many entries in the new store as in the old one, so the
+// room it takes is known before the places of its tiles are.
 class LevelCopy final : public IndexBuilder::Sink {
  public:
   LevelCopy(const Snapshot& source, NewStore& target, std::size_t layer, Level level)
@@ -84,7 +85,8 @@ class LevelCopy final : public IndexBuilder::Sink {
     const LayerInfo& layer = source_.layers[layer_];
     cursor_.emplace(source_, layer_, level_);
     builder_.emplace(*this, layer.id, level_);
-    // A build goes from the finest level up, and carry layers keep only what a later build needs; everywhere else a tile has its parent.
+    // A build goes from the finest level up, and carry layers keep only what a later build needs; everywhere
+    // else a tile has its parent.
     if (layer.role == LayerRole::kTexture && layer.state == LayerState::kComplete && level_.value > 0)
       parents_.emplace(source_, layer_, Level{static_cast<std::uint8_t>(level_.value - 1)});
     return advance();
@@ -153,14 +155,15 @@ class LevelCopy final : public IndexBuilder::Sink {
   bool is_done_ = false;
 };
 
-// A record that many tiles share, and the size at which they share it: a store with two different ones is damaged. Layers of a format that
-// is not known share among themselves only.
+// A record that many tiles share, and the size at which they share it: a store with two different ones is
+// damaged. Layers of a format that is not known share among themselves only.
 struct SharedRecord {
   std::uint64_t offset = 0;
   std::size_t raw_bytes = 0;  // 0 of a format that is not known
   bool operator==(const SharedRecord&) const = default;
 };
-// Its copy, and the formats in which it is known to decode: tiles of two layers may share it and differ in that.
+// Its copy, and the formats in which it is known to decode: tiles of two layers may share it and differ in
+// that.
 struct SharedCopy {
   Reference reference;
   std::uint64_t formats = 0;  // a bit each
@@ -267,8 +270,9 @@ class Packing {
     return static_cast<std::size_t>(level) < levels.size() ? levels[static_cast<std::size_t>(level)].get() : nullptr;
   }
 
-  // The catalog lies at the front already. After it the top pages of all levels, so that every look-up begins in what is read; then whole
-  // levels, the coarsest first, as long as they fit. A layer whose level does not fit is out for the deeper ones.
+  // The catalog lies at the front already. After it the top pages of all levels, so that every look-up begins
+  // in what is read; then whole levels, the coarsest first, as long as they fit. A layer whose level does not
+  // fit is out for the deeper ones.
   [[nodiscard]] Result<void> copy_cold_start() {
     const auto room = [&] { return options_.cold_start_bytes - std::min(options_.cold_start_bytes, target_.end() - kLogStart); };
     for (int level = 0; level <= kMaxFinest; ++level)
@@ -314,8 +318,8 @@ class Packing {
     return levels.empty() ? Result<void>{} : copy_levels(layer, levels);
   }
 
-  // Pages first, then the tiles: below each tile of the coarsest level those of the finer ones, level by level, so that neighbours stay
-  // together in every level. All cursors only ever go forward.
+  // Pages first, then the tiles: below each tile of the coarsest level those of the finer ones, level by
+  // level, so that neighbours stay together in every level. All cursors only ever go forward.
   [[nodiscard]] Result<void> copy_levels(std::size_t layer, const std::vector<LevelCopy*>& levels) {
     for (LevelCopy* level : levels) VT_CHECK(level->reserve_pages());
     for (LevelCopy* level : levels) VT_CHECK(level->begin());

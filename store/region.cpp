@@ -18,7 +18,8 @@
 namespace vt::store {
 namespace {
 
-// What fills a texel (or block) that no level has: zero bytes, or "no data" in every channel of a float format.
+// What fills a texel (or block) that no level has: zero bytes, or "no data" in every channel of a float
+// format.
 std::array<std::byte, 16> missing_block(TexelFormat format) {
   std::array<std::byte, 16> block = {};
   switch (format_info(format).samples) {
@@ -80,7 +81,8 @@ struct Canvas {
   }
 };
 
-// Replicates one row of an ancestor's texels. `bytes` is a constant for the usual sizes, so that each copy is one move.
+// Replicates one row of an ancestor's texels. `bytes` is a constant for the usual sizes, so that each copy is
+// one move.
 void enlarge_row(auto bytes, const std::byte* coarse_row, std::int64_t coarse_first, std::int64_t x, std::int64_t width, int steps,
                  std::byte* out) {
   for (std::int64_t i = 0; i < width; ++i)

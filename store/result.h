@@ -1,6 +1,6 @@
-// The one way in which ordinary failures travel: a value or an Error that tells the user what to do.
-// Wrong calls are bugs and use assert; bad files, disks and configurations come back as Result. Everything here may be used from any
-// thread.
+// The one way in which ordinary failures travel: a value or an Error that tells the user what to do. Wrong
+// calls are bugs and use assert; bad files, disks and configurations come back as Result. Everything here may
+// be used from any thread.
 #pragma once
 
 #include <cstdint>

@@ -28,8 +28,8 @@ TileLookup lookup_of(const Reference& found) {
 
 }  // namespace
 
-// By what a reader knows its file again: magic and UUID in the superblock that it has chosen. No writer ever changes them; a file that is
-// cut off or overwritten loses them.
+// By what a reader knows its file again: magic and UUID in the superblock that it has chosen. No writer ever
+// changes them; a file that is cut off or overwritten loses them.
 struct HeadMark {
   std::uint64_t at = 0;  // of the superblock in the file
   std::array<std::uint64_t, 3> words = {};
@@ -67,8 +67,9 @@ struct StoreReader::Impl {
     return refuse(ErrorCode::kUsage, "no layer has id " + std::to_string(id.value));
   }
 
-  // Whether what was read from the mapping until now was the store: a mapping that was lost is all zeros, one that was overwritten is
-  // another file's. Asked after the reading, since it is the reading that finds it lost.
+  // Whether what was read from the mapping until now was the store: a mapping that was lost is all zeros, one
+  // that was overwritten is another file's. Asked after the reading, since it is the reading that finds it
+  // lost.
   [[nodiscard]] bool is_mapping_intact() const {
     std::atomic_signal_fence(std::memory_order_seq_cst);  // a fault changes what comes after it
     return HeadMark::words_in(mapping.bytes().subspan(head.at)) == head.words;
@@ -86,7 +87,8 @@ struct StoreReader::Impl {
     if (const auto is_ours = check_file(); !is_ours) return tl::unexpected(is_ours.error());
     return tl::unexpected(std::move(error));
   }
-  // Copies bytes of the file. Of a mapping that was lost because the disk failed to give some of it, the rest is read from the disk.
+  // Copies bytes of the file. Of a mapping that was lost because the disk failed to give some of it, the rest
+  // is read from the disk.
   [[nodiscard]] Result<void> fetch(std::uint64_t offset, std::span<std::byte> out) const {
     std::ranges::copy(mapping.bytes().subspan(offset, out.size()), out.begin());
     if (is_mapping_intact()) return {};
@@ -109,7 +111,8 @@ struct StoreReader::Impl {
     }
     return find_through_pages(layer, tile, query);
   }
-  // The same through the pages of the tile's level from the top, each of which is checked when it is met for the first time.
+  // The same through the pages of the tile's level from the top, each of which is checked when it is met for
+  // the first time.
   [[nodiscard]] Result<Reference> find_through_pages(const LayerInfo& layer, TileId tile, const PageDirectory::Query& query) const {
     std::array<std::byte, kRecordHeaderBytes + kMaxPageBytes> record;
     Reference at = snapshot.roots[query.layer][tile.level.value];
@@ -149,13 +152,14 @@ struct StoreReader::Impl {
     return found;
   }
 
-  // Unpacks a tile where it lies, without a copy. It is used first and checked afterwards, so that a change between the two is seen: the
-  // decoders keep to their buffers whatever the bytes are. (zstd says so of bytes that are damaged; of bytes that another program
-  // overwrites at that very moment it says nothing.)
+  // Unpacks a tile where it lies, without a copy. It is used first and checked afterwards, so that a change
+  // between the two is seen: the decoders keep to their buffers whatever the bytes are. (zstd says so of
+  // bytes that are damaged; of bytes that another program overwrites at that very moment it says nothing.)
   [[nodiscard]] Result<void> read_mapped(const LayerInfo& layer, TileId tile, const Reference& reference, std::span<std::byte> out) const {
     return unpack(layer, tile, reference, mapping.bytes().subspan(reference.offset, kRecordHeaderBytes + reference.stored_bytes), out);
   }
-  // A copy of a record: where the file is not mapped any more, and of a blob, whose length is to be checked before it is used.
+  // A copy of a record: where the file is not mapped any more, and of a blob, whose length is to be checked
+  // before it is used.
   [[nodiscard]] Result<std::vector<std::byte>> fetch_record(const Reference& reference) const {
     std::vector<std::byte> record(kRecordHeaderBytes + reference.stored_bytes);
     VT_CHECK(fetch(reference.offset, record));

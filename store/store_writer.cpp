@@ -22,14 +22,17 @@
 namespace vt::store {
 namespace {
 
-// Distinct constant values remembered so that equal ones share a record; forgetting one costs 64 bytes of file.
+// Distinct constant values remembered so that equal ones share a record; forgetting one costs 64 bytes of
+// file.
 constexpr std::size_t kMaxConstants = 65536;
 
-// The disk is set to work on every so many bytes of the log, while the processors go on; without it a commit waits for all of them at once.
+// The disk is set to work on every so many bytes of the log, while the processors go on; without it a commit
+// waits for all of them at once.
 constexpr std::uint64_t kWritebackBytes = std::uint64_t{8} << 20;
 // Generations are counted in 64 bits; only a forged one comes near the end of them.
 constexpr std::uint64_t kMaxGeneration = std::uint64_t{1} << 62;
-// What a superblock may say that refers to a catalog of a store of `version` as it is there: layer entries grew with version 3.
+// What a superblock may say that refers to a catalog of a store of `version` as it is there: layer entries
+// grew with version 3.
 constexpr std::uint32_t version_beside(std::uint32_t version) {
   return catalog_layer_bytes(version) == catalog_layer_bytes(kFormatVersion) ? kFormatVersion : version;
 }
@@ -48,7 +51,8 @@ struct StoreWriter::Impl final : PageCache::Log {
   std::vector<std::filesystem::path> removed_leftovers;
   StoreDescription description;
 
-  // Guards everything below. Held while the index is read or changed, never while a tile is hashed, written or read.
+  // Guards everything below. Held while the index is read or changed, never while a tile is hashed, written
+  // or read.
   mutable std::mutex mutex;
   std::vector<CatalogLayer> layers;  // ordered by id
   mutable PageCache pages{*this};
@@ -69,7 +73,8 @@ struct StoreWriter::Impl final : PageCache::Log {
   [[nodiscard]] tl::unexpected<Error> refuse(ErrorCode code, const std::string& sentence) const {
     return fail(code, file.path().string() + ": " + sentence);
   }
-  // Remembers the first failure: the writer must be closed and the store opened again, which goes back to the last commit.
+  // Remembers the first failure: the writer must be closed and the store opened again, which goes back to the
+  // last commit.
   [[nodiscard]] tl::unexpected<Error> break_off(Error error) {
     if (!broken) broken = error;
     return tl::unexpected(std::move(error));
@@ -184,8 +189,9 @@ struct StoreWriter::Impl final : PageCache::Log {
     return {};
   }
 
-  // The state whose records are on the disk becomes the store's, in both superblocks: first in the place of the older one, and when that is
-  // safe in the place of the other. So a commit that has returned is never in one superblock alone.
+  // The state whose records are on the disk becomes the store's, in both superblocks: first in the place of
+  // the older one, and when that is safe in the place of the other. So a commit that has returned is never in
+  // one superblock alone.
   [[nodiscard]] Result<void> publish(const Reference& catalog, std::uint64_t first, std::uint32_t version = kFormatVersion) {
     Superblock superblock{.version = version,
                           .uuid = uuid,
@@ -216,7 +222,8 @@ struct StoreWriter::Impl final : PageCache::Log {
     if (place.offset == 0) {
       VT_ASSIGN(place.offset, reserve(place.bytes));
     }
-    // A writer never commits what its reader refuses. It would be a store that came to it with fields that contradict each other.
+    // A writer never commits what its reader refuses. It would be a store that came to it with fields that
+    // contradict each other.
     if (const auto readable = decode_catalog(payload, end, kFormatVersion); !readable)
       return refuse(ErrorCode::kCorrupt, "not committed, since no reader would take it: " + readable.error().sentence);
     // To the end of its space, so that zeros are all that is behind it.
@@ -306,8 +313,8 @@ Result<StoreWriter> StoreWriter::open(const std::filesystem::path& path, WriterO
   // Recovery: what was never committed goes away.
   const bool has_tail = head.file_bytes > newest.file_end;
   if (has_tail) VT_CHECK(impl->file.truncate(newest.file_end));
-  // A superblock that is damaged, or that an interrupted commit or an older program left behind, gets the newest state: only then is it
-  // safe to overwrite the other one.
+  // A superblock that is damaged, or that an interrupted commit or an older program left behind, gets the
+  // newest state: only then is it safe to overwrite the other one.
   if (!chosen->is_pair()) {
     if (has_tail) VT_CHECK(impl->sync());
     VT_CHECK(impl->publish(newest.catalog, newest.generation + 1, version_beside(newest.version)));
@@ -455,8 +462,8 @@ Result<Reference> StoreWriter::Impl::write_payload(RecordType type, std::uint64_
   return reference;
 }
 
-// The first tile of a payload gets a record of its own, since most have no equal. The second writes one to share, with the third and all
-// others, and what the first had becomes garbage.
+// The first tile of a payload gets a record of its own, since most have no equal. The second writes one to
+// share, with the third and all others, and what the first had becomes garbage.
 Result<Reference> StoreWriter::Impl::place_payload(LayerId id, TileId tile, const PayloadView& payload,
                                                    const std::optional<KnownPayload>& known) {
   if (known) {
@@ -512,7 +519,8 @@ Result<void> StoreWriter::put(LayerId id, TileId tile, const PayloadView& payloa
   bool may_share = false;
   {
     std::unique_lock lock(impl_->mutex);
-    // Another thread may be at the same payload right now. It does not wait for anybody, so this comes to an end.
+    // Another thread may be at the same payload right now. It does not wait for anybody, so this comes to an
+    // end.
     impl_->payload_released.wait(lock, [&] { return !impl_->payloads.is_claimed(fingerprint); });
     VT_CHECK(impl_->check_usable());
     VT_ASSIGN(may_share, impl_->check_payload(id, tile, payload));
@@ -652,12 +660,13 @@ Result<void> StoreWriter::commit() {
     VT_CHECK(impl_->check_usable());
     if (!impl_->changed) return {};
   }
-  // The bulk goes to the disk while other threads go on putting; what is left to sync under the lock is small.
+  // The bulk goes to the disk while other threads go on putting; what is left to sync under the lock is
+  // small.
   const auto synced = impl_->sync();
   const std::lock_guard lock(impl_->mutex);
   if (!synced) return impl_->break_off(synced.error());
-  // A record that is being written right now lies below the new end of the file, and no index points to it yet: garbage if the process
-  // dies.
+  // A record that is being written right now lies below the new end of the file, and no index points to it
+  // yet: garbage if the process dies.
   return impl_->commit_locked();
 }
 

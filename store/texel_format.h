@@ -1,8 +1,8 @@
-// The texel formats a tile may hold, and the byte arithmetic that follows from them. What a decoded sample is worth follows from the
-// layer's component ranges (store/layer.h). Plain values, any thread.
+// The texel formats a tile may hold, and the byte arithmetic that follows from them. What a decoded sample is
+// worth follows from the layer's component ranges (store/layer.h). Plain values, any thread.
 //
-// A TexelFormat may hold any number: a store that a newer program wrote may have a layer in a format that this program does not know. Its
-// tiles cannot be read; everything else about the store can.
+// A TexelFormat may hold any number: a store that a newer program wrote may have a layer in a format that
+// this program does not know. Its tiles cannot be read; everything else about the store can.
 #pragma once
 
 #include <array>
@@ -15,8 +15,8 @@
 
 namespace vt {
 
-// Numbers are on disk. Append; never renumber, never reuse; 0 is no format. All multi-byte samples are little-endian, channels interleaved
-// in the order named.
+// Numbers are on disk. Append; never renumber, never reuse; 0 is no format. All multi-byte samples are
+// little-endian, channels interleaved in the order named.
 enum class TexelFormat : std::uint16_t {
   kRgb8 = 1,      // three unsigned bytes; the layer's transfer function says what a code means
   kRgba8 = 2,     // the same with straight (not premultiplied) coverage, linear, in the fourth byte
@@ -53,8 +53,8 @@ enum class SampleKind : std::uint8_t {
   kOpaque,          // none: bytes that nobody averages, draws or compares but by equality
 };
 
-// What this program knows of a format: all that differs from format to format and is no function. A block is 1x1 texel for plain formats
-// and 4x4 for the BCn family.
+// What this program knows of a format: all that differs from format to format and is no function. A block is
+// 1x1 texel for plain formats and 4x4 for the BCn family.
 struct FormatInfo {
   TexelFormat format;
   std::string_view name;  // as on the command line
@@ -117,9 +117,9 @@ inline constexpr FormatInfo kUnknownFormat = plain_format(TexelFormat{}, "unknow
 [[nodiscard]] constexpr bool is_block_format(const FormatInfo& info) { return info.samples == SampleKind::kBlock; }
 [[nodiscard]] constexpr bool has_samples(const FormatInfo& info) { return info.samples != SampleKind::kOpaque; }
 
-// For the tables of functions that other files have, with a row for each of some formats; a row's first member is `format`. Whether there
-// is one row for each format that `wanted` picks, and no other: a static_assert of it makes a format without a row an error of the
-// compiler.
+// For the tables of functions that other files have, with a row for each of some formats; a row's first
+// member is `format`. Whether there is one row for each format that `wanted` picks, and no other: a
+// static_assert of it makes a format without a row an error of the compiler.
 template <class Rows, class Wanted>
 [[nodiscard]] consteval bool has_one_row_each(const Rows& rows, const Wanted& wanted) {
   std::size_t picked = 0;

@@ -1,5 +1,6 @@
-// Names of places in a pyramid: levels, tiles, rectangles of texels. Coordinates are types, so that a swapped pair does not compile.
-// Level 0 is the coarsest (one tile over everything); each next level halves the ground sample distance.
+// Names of places in a pyramid: levels, tiles, rectangles of texels. Coordinates are types, so that a swapped
+// pair does not compile. Level 0 is the coarsest (one tile over everything); each next level halves the
+// ground sample distance.
 #pragma once
 
 #include <compare>
@@ -16,7 +17,8 @@ struct Level {
   auto operator<=>(const Level&) const = default;
 };
 
-// The virtual-texture paper counts from the finest level (0 = finest). This is its own inverse given `finest`.
+// The virtual-texture paper counts from the finest level (0 = finest). This is its own inverse given
+// `finest`.
 [[nodiscard]] constexpr int paper_level(Level level, Level finest) { return int{finest.value} - int{level.value}; }
 [[nodiscard]] constexpr Level level_from_paper(int paper, Level finest) {
   return Level{static_cast<std::uint8_t>(int{finest.value} - paper)};
@@ -33,7 +35,8 @@ struct TileId {
   return {Level{static_cast<std::uint8_t>(tile.level.value - 1)}, tile.x / 2, tile.y / 2};
 }
 
-// A rectangle of texels of one level, in the padded square; x to the east, y to the south. Signed, because aprons reach outside.
+// A rectangle of texels of one level, in the padded square; x to the east, y to the south. Signed, because
+// aprons reach outside.
 struct TexelRect {
   std::int64_t x = 0;
   std::int64_t y = 0;
@@ -72,7 +75,8 @@ struct TexelRect {
   return {rect.x << steps, rect.y << steps, rect.width << steps, rect.height << steps};
 }
 
-// The texels of a level `steps` coarser that have any part in `rect`. Rounds outward, also for negative coordinates.
+// The texels of a level `steps` coarser that have any part in `rect`. Rounds outward, also for negative
+// coordinates.
 [[nodiscard]] constexpr TexelRect coarser(const TexelRect& rect, int steps) {
   const std::int64_t x0 = rect.x >> steps;
   const std::int64_t y0 = rect.y >> steps;

@@ -61,7 +61,8 @@ bool is_error(FaultNumber number) {
   return true;
 }
 
-// What one also finds who comes while a writer is at it: a superblock half written, or a new catalog where the one was that it led to.
+// What one also finds who comes while a writer is at it: a superblock half written, or a new catalog where
+// the one was that it led to.
 bool may_be_a_writer(const Finding& finding) {
   const auto number = static_cast<FaultNumber>(finding.number);
   return number == FaultNumber::kSuperblockDamaged || number == FaultNumber::kNoSuperblock || number == FaultNumber::kMayBeOlder ||
@@ -70,8 +71,8 @@ bool may_be_a_writer(const Finding& finding) {
 
 enum class Presence { kAbsent, kPresent, kUnknown };
 
-// One pass over everything that the newest generation reaches, level by level from the coarsest, so that a tile's parents have been seen
-// before it.
+// One pass over everything that the newest generation reaches, level by level from the coarsest, so that a
+// tile's parents have been seen before it.
 class StoreCheck {
  public:
   // `file` was mapped after `head` was read, so that it holds all that the superblocks promise.
@@ -124,7 +125,8 @@ class StoreCheck {
               "updates need as well");
   }
 
-  // Layers by their number of tiles, levels by the area of their data, then any entry of each page on the way down.
+  // Layers by their number of tiles, levels by the area of their data, then any entry of each page on the way
+  // down.
   void check_sample(const Catalog& catalog) {
     struct Stratum {
       LayerCheck check;
@@ -317,7 +319,8 @@ class StoreCheck {
 
     const std::string place = tile_place(info, tile);
     if (!info.tile_rect(tile.level).contains(tile.x, tile.y) && check.outside_data++ == 0) check.first_outside = tile;
-    // A build goes from the finest level up, and carry layers keep only what a later build needs; everywhere else a tile has its parent.
+    // A build goes from the finest level up, and carry layers keep only what a later build needs; everywhere
+    // else a tile has its parent.
     if (info.role == LayerRole::kTexture && info.state == LayerState::kComplete && tile.level.value > 0 &&
         find(check, parent_of(tile)) == Presence::kAbsent)
       add(FaultNumber::kParentAbsent, place, kParentIsAbsent);

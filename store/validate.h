@@ -1,4 +1,5 @@
-// Checks a whole store: superblocks, catalog, index, every tile record, parents of every tile, counts. Shared by vtinspect and the tests.
+// Checks a whole store: superblocks, catalog, index, every tile record, parents of every tile, counts. Shared
+// by vtinspect and the tests.
 #pragma once
 
 #include <cstdint>
@@ -31,14 +32,16 @@ struct ValidationReport {
 
 struct ValidateOptions {
   bool decode_tiles = true;  // also decompress every tile
-  // Not 0: so many tiles, found by random ways down the index, with every page on the way, their parents, and the top page of every level.
-  // For stores that are too large to read whole. A store with no more tiles than that is checked whole.
+  // Not 0: so many tiles, found by random ways down the index, with every page on the way, their parents, and
+  // the top page of every level. For stores that are too large to read whole. A store with no more tiles than
+  // that is checked whole.
   std::uint64_t sample_tiles = 0;
   std::uint64_t seed = 1;  // of the sample; the same seed looks at the same tiles
   std::function<void(std::uint64_t done, std::uint64_t total)> progress = nullptr;
 };
 
-// kIo when the file cannot be read at all, or is cut off meanwhile (see guard_mappings()); damage of any kind is a finding, not an error.
+// kIo when the file cannot be read at all, or is cut off meanwhile (see guard_mappings()); damage of any kind
+// is a finding, not an error.
 [[nodiscard]] Result<ValidationReport> validate(const std::filesystem::path& path, const ValidateOptions& options = {});
 
 }  // namespace vt::store

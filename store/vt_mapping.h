@@ -19,7 +19,8 @@ class VtMapping {
  public:
   VtMapping(const Area& area, const LayerInfo& layer);
 
-  // Continuous texel position on `level`. Exact formula: origin + i * step at the finest level, scaled by a power of two.
+  // Continuous texel position on `level`. Exact formula: origin + i * step at the finest level, scaled by a
+  // power of two.
   [[nodiscard]] Point2 texel_from_uv(Level level, Point2 uv) const;
   [[nodiscard]] Point2 uv_from_texel(Level level, Point2 texel) const;
   [[nodiscard]] Point2 crs_from_texel(Level level, Point2 texel) const;

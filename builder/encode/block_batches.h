@@ -1,5 +1,6 @@
-// Walks an image in rows of 4x4 blocks and hands them out in batches of one block per SIMD lane. The last blocks of a row go through a
-// padded copy, so that a batch encoder reads and writes whole batches only and never past the image. No allocation.
+// Walks an image in rows of 4x4 blocks and hands them out in batches of one block per SIMD lane. The last
+// blocks of a row go through a padded copy, so that a batch encoder reads and writes whole batches only and
+// never past the image. No allocation.
 #pragma once
 
 #include <array>
@@ -23,7 +24,7 @@ struct BlockImage {
 
 // Checks the shapes that every block encoder promises to its callers.
 inline BlockImage block_image(std::span<const std::byte> texels, std::size_t width, std::size_t height, std::size_t row_pitch_bytes,
-                          std::size_t texel_bytes, Quality quality, std::span<std::byte> blocks, std::size_t block_bytes) {
+                              std::size_t texel_bytes, Quality quality, std::span<std::byte> blocks, std::size_t block_bytes) {
   assert(width % 4 == 0 && height % 4 == 0);
   assert(row_pitch_bytes >= width * texel_bytes);
   assert(width == 0 || height == 0 || texels.size() >= (height - 1) * row_pitch_bytes + width * texel_bytes);
@@ -38,8 +39,8 @@ inline BlockImage block_image(std::span<const std::byte> texels, std::size_t wid
           .blocks = reinterpret_cast<std::uint8_t*>(blocks.data())};
 }
 
-// `encode_batch(rows, pitch, out)` reads four rows of `lanes` * 4 texels of `texel_bytes`, and writes `block_bytes` per block, or only a
-// part of them.
+// `encode_batch(rows, pitch, out)` reads four rows of `lanes` * 4 texels of `texel_bytes`, and writes
+// `block_bytes` per block, or only a part of them.
 template <std::size_t lanes, std::size_t texel_bytes, std::size_t block_bytes, class EncodeBatch>
 void for_each_batch(const BlockImage& image, const EncodeBatch& encode_batch) {
   constexpr std::size_t kBlockRowBytes = 4 * texel_bytes;

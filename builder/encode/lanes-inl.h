@@ -1,4 +1,5 @@
-// The words of the block encoders' kernels, which work on one block per float lane. Included once per SIMD target.
+// The words of the block encoders' kernels, which work on one block per float lane. Included once per SIMD
+// target.
 #if defined(VT_BUILDER_ENCODE_LANES_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef VT_BUILDER_ENCODE_LANES_INL_H_
 #undef VT_BUILDER_ENCODE_LANES_INL_H_

@@ -1,5 +1,5 @@
-// How much work a block encoder may spend. Every level gives the same bytes on every CPU; a higher one takes longer and keeps a smaller
-// squared error over an image, up to what the encoder's own header promises.
+// How much work a block encoder may spend. Every level gives the same bytes on every CPU; a higher one takes
+// longer and keeps a smaller squared error over an image, up to what the encoder's own header promises.
 #pragma once
 
 #include <array>

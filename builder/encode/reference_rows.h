@@ -1,5 +1,5 @@
-// Planes of the rows of one level of one block that are measured, kept until what is stored of them can be compared with them: one copy for
-// the bands of all parts. One object per thread.
+// Planes of the rows of one level of one block that are measured, kept until what is stored of them can be
+// compared with them: one copy for the bands of all parts. One object per thread.
 #pragma once
 
 #include <cstddef>
@@ -11,8 +11,8 @@
 
 namespace vt::encode {
 
-// Errors are measured in whole rows of blocks, four texel rows each: in all of them in levels of up to so many texels, in one of sixteen in
-// larger ones.
+// Errors are measured in whole rows of blocks, four texel rows each: in all of them in levels of up to so
+// many texels, in one of sixteen in larger ones.
 inline constexpr std::int64_t kDenselyMeasuredTexels = std::int64_t{1} << 20;
 inline constexpr std::int64_t kMeasuredRowOfBlocks = 16;
 
@@ -21,11 +21,12 @@ inline constexpr std::int64_t kMeasuredRowOfBlocks = 16;
 
 class ReferenceRows {
  public:
-  // `core` as of the TileBands that read it. Keeps rows of `planes` planes, of one row of tiles at a time; nothing when `core` is empty.
+  // `core` as of the TileBands that read it. Keeps rows of `planes` planes, of one row of tiles at a time;
+  // nothing when `core` is empty.
   ReferenceRows(const LayerInfo& layer, int planes, Level level, const TexelRect& core);
 
-  // Row `y` of the core, in order, before any band takes it; pointers are at column core.x. A row that comes one row early for some bands
-  // replaces the one a row of tiles before, which none reads any more.
+  // Row `y` of the core, in order, before any band takes it; pointers are at column core.x. A row that comes
+  // one row early for some bands replaces the one a row of tiles before, which none reads any more.
   void keep(std::int64_t y, const channels::ConstPlaneRow& rows);
 
   // Rows of a block of four are measured together.

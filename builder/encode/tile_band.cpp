@@ -51,7 +51,8 @@ TileBand::TileBand(const LayerInfo& layer, const channels::ChannelCodec& codec, 
   }
 }
 
-// Cuts the row at tile borders; `write_segment(offset in the row, count, out)` returns whether the segment has data.
+// Cuts the row at tile borders; `write_segment(offset in the row, count, out)` returns whether the segment
+// has data.
 template <class WriteSegment>
 void TileBand::add_segments(std::int64_t y, const WriteSegment& write_segment) {
   assert(y == next_y_ && y < core_.bottom());

@@ -1,6 +1,7 @@
-// Collects finished rows of one part of one level of one block into tiles and turns a full row of tiles into what the store keeps: constant
-// tiles are found, tiles without any data are dropped, texels outside the data are filled from the nearest data texel, then block encoding
-// and compression. What is stored is read back in some rows and compared with what it was made from. One object per thread.
+// Collects finished rows of one part of one level of one block into tiles and turns a full row of tiles into
+// what the store keeps: constant tiles are found, tiles without any data are dropped, texels outside the data
+// are filled from the nearest data texel, then block encoding and compression. What is stored is read back in
+// some rows and compared with what it was made from. One object per thread.
 #pragma once
 
 #include <cstddef>
@@ -28,13 +29,15 @@ struct EncodedTile {
 
 using TileSink = std::function<Result<void>(const EncodedTile&)>;
 
-// Every texel (or block, or planes of a texel) has the same bytes as the first; `texels` holds at least one, of `texel_bytes` each.
+// Every texel (or block, or planes of a texel) has the same bytes as the first; `texels` holds at least one,
+// of `texel_bytes` each.
 [[nodiscard]] bool is_one_value(std::span<const std::byte> texels, std::size_t texel_bytes);
 
 class TileBand {
  public:
-  // `layer` is the part's. `core` is the part of the level that the block owns, inside the data; tiles at its edges belong to no other
-  // block. `reference` outlives the band and is given every row before the band is, maybe one row earlier; null: nothing is measured.
+  // `layer` is the part's. `core` is the part of the level that the block owns, inside the data; tiles at its
+  // edges belong to no other block. `reference` outlives the band and is given every row before the band is,
+  // maybe one row earlier; null: nothing is measured.
   TileBand(const LayerInfo& layer, const channels::ChannelCodec& codec, std::size_t part, store::Compression compression, Quality quality,
            Level level, const TexelRect& core, const ReferenceRows* reference);
 
@@ -44,14 +47,16 @@ class TileBand {
   // Rows come in order from core.y to core.bottom() - 1. Pointers are at column core.x.
   // Errors as ChannelCodec::encode_row.
   [[nodiscard]] Result<void> add_row(std::int64_t y, const channels::RowNeighbourhood& rows);
-  // The same when the source's bytes already are texels. `planes` are what they decode to; `opaque`: all their weights are 1.
+  // The same when the source's bytes already are texels. `planes` are what they decode to; `opaque`: all
+  // their weights are 1.
   void add_texels(std::int64_t y, const std::byte* texels, const channels::ConstPlaneRow& planes, bool opaque);
 
-  // After the last row of a row of tiles (or of the core): gives its tiles, empty ones too, to `sink` one by one. Otherwise does nothing.
-  // What the sink fails with is passed on.
+  // After the last row of a row of tiles (or of the core): gives its tiles, empty ones too, to `sink` one by
+  // one. Otherwise does nothing. What the sink fails with is passed on.
   [[nodiscard]] Result<void> take_finished(const TileSink& sink);
 
-  // The errors of the tiles given so far: what is stored against the planes, one sum for each of the codec's measures.
+  // The errors of the tiles given so far: what is stored against the planes, one sum for each of the codec's
+  // measures.
   [[nodiscard]] std::span<const channels::ErrorSum> errors() const { return errors_; }
 
  private:

@@ -5,8 +5,8 @@
 namespace vt::pyramid {
 namespace {
 
-// Plans the columns of a closed layer's levels, from the coarsest to the finest: each level asks the next finer one for what lies under it
-// and under its kernel.
+// Plans the columns of a closed layer's levels, from the coarsest to the finest: each level asks the next
+// finer one for what lies under it and under its kernel.
 class ClosedColumns {
  public:
   ClosedColumns(const LayerShape& layer, std::int64_t reach) : layer_(layer), reach_(reach) {}
@@ -89,7 +89,8 @@ std::vector<BlockLevel> plan_block(const TexelRect& core, const LayerShape& laye
   ClosedColumns closed(layer, kernel.reach());
   std::int64_t apron = 0;
   for (int k = count - 1; k >= 0; --k) {
-    // A level that becomes texels needs one more texel around it, for colour borrowed from neighbours; a carry level does not.
+    // A level that becomes texels needs one more texel around it, for colour borrowed from neighbours; a
+    // carry level does not.
     const std::int64_t least = k < outputs ? 1 : 0;
     apron = std::max(apron, least);
     BlockLevel& level = levels[static_cast<std::size_t>(k)];

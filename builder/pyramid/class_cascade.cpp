@@ -215,7 +215,8 @@ void ClassCascade::count_columns(int k, std::int64_t y, const TexelRect& columns
   }
 }
 
-// The columns of a closed level that does not wrap go on between two texels: classes are not mixed, so the nearer one follows.
+// The columns of a closed level that does not wrap go on between two texels: classes are not mixed, so the
+// nearer one follows.
 void ClassCascade::close_row(LevelState& level, std::int64_t y) {
   const BlockLevel& plan = level.plan;
   if (!layer_.is_closed || layer_.wraps_at(plan.depth) || plan.active.right() != plan.data.width) return;

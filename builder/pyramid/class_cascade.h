@@ -1,6 +1,7 @@
-// The cascade of layers of classes: every level keeps how much of each texel's area each class of the finest level holds, and what is
-// stored of a level is derived from these counts alone. The majority of majorities would be another class, and would make frequent classes
-// more frequent from level to level. Counts go on from tier to tier in full.
+// The cascade of layers of classes: every level keeps how much of each texel's area each class of the finest
+// level holds, and what is stored of a level is derived from these counts alone. The majority of majorities
+// would be another class, and would make frequent classes more frequent from level to level. Counts go on
+// from tier to tier in full.
 #pragma once
 
 #include <array>
@@ -14,16 +15,17 @@ namespace vt::pyramid {
 
 class ClassCascade final : public Cascade {
  public:
-  // levels[0].active is not empty; they are levels of `layer`. Tiles of carry are 2^tile_exponent texels a side. The planes are those of
-  // channels/class_planes.h. Areas are counted in parts of 1 / 2^area_exponent of a texel of the finest level: 0 where each of these is of
-  // one class.
+  // levels[0].active is not empty; they are levels of `layer`. Tiles of carry are 2^tile_exponent texels a
+  // side. The planes are those of channels/class_planes.h. Areas are counted in parts of 1 / 2^area_exponent
+  // of a texel of the finest level: 0 where each of these is of one class.
   ClassCascade(std::vector<BlockLevel> levels, const LayerShape& layer, int outputs, const channels::ClassCounting& classes,
                int tile_exponent, int area_exponent = 0);
 
   [[nodiscard]] channels::PlaneRow begin_row() override;
   void end_row(bool opaque, RowSink& sink) override;
   void put_area_row(std::span<const channels::ClassAreaBlock* const> areas, std::int64_t row, RowSink& sink) override;
-  // kInvalidData: a row held a class that the layer does not have; the message says which, where, and what helps. Its data are not counted.
+  // kInvalidData: a row held a class that the layer does not have; the message says which, where, and what
+  // helps. Its data are not counted.
   [[nodiscard]] Result<void> status() const override { return status_; }
   [[nodiscard]] Result<void> feed_carry(const CarryTiles& carry, RowSink& sink) override;
   void carry_bytes(std::vector<std::byte>& out) const override;

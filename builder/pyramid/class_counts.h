@@ -1,6 +1,7 @@
-// Rows of texels that know how much of their area each class holds. Areas are whole numbers of texels of the layer's finest level, or of a
-// fixed part of them where these are of several classes themselves, so that sums are exact at every level and in any order; area without
-// data, or outside the data rectangle, is counted for no class. Pure functions, any thread.
+// Rows of texels that know how much of their area each class holds. Areas are whole numbers of texels of the
+// layer's finest level, or of a fixed part of them where these are of several classes themselves, so that
+// sums are exact at every level and in any order; area without data, or outside the data rectangle, is
+// counted for no class. Pure functions, any thread.
 #pragma once
 
 #include <cstddef>
@@ -13,8 +14,8 @@
 
 namespace vt::pyramid {
 
-// One class of a texel: the class in the upper 16 bits, its area in the lower 48. Areas are at most 2^47, so sums never reach the
-// class; the order of the numbers is the order of the classes.
+// One class of a texel: the class in the upper 16 bits, its area in the lower 48. Areas are at most 2^47, so
+// sums never reach the class; the order of the numbers is the order of the classes.
 using ClassCount = std::uint64_t;
 
 inline constexpr int kAreaBits = 48;
@@ -24,16 +25,16 @@ inline constexpr ClassCount kAreaMask = (ClassCount{1} << kAreaBits) - 1;
 [[nodiscard]] constexpr std::uint32_t class_of(ClassCount count) { return static_cast<std::uint32_t>(count >> kAreaBits); }
 [[nodiscard]] constexpr std::uint64_t area_of(ClassCount count) { return count & kAreaMask; }
 
-// A row of texels, each with its classes in ascending order; none without data. One texel more lies on either side, for pairs that reach
-// over the edge: without data, unless put_past_end() says otherwise.
+// A row of texels, each with its classes in ascending order; none without data. One texel more lies on either
+// side, for pairs that reach over the edge: without data, unless put_past_end() says otherwise.
 class CountRow {
  public:
   CountRow() { begin(0); }
   // A row of `texels` without data.
   static CountRow nothing(std::int64_t texels);
 
-  // Starts anew: `classes` is how many entries will be added at most, other than by append(). Then end_texel() after each texel's entries,
-  // and finish().
+  // Starts anew: `classes` is how many entries will be added at most, other than by append(). Then
+  // end_texel() after each texel's entries, and finish().
   void begin(std::size_t classes);
   void append(std::span<const ClassCount> classes);
   void add(ClassCount count) { entries_[used_++] = count; }
@@ -72,17 +73,18 @@ struct ClassRow {
   const float* weights;  // 0 or 1
 };
 
-// `count` texels of the next coarser level; texel i covers the columns start + 2 i and start + 2 i + 1 of both rows.
+// `count` texels of the next coarser level; texel i covers the columns start + 2 i and start + 2 i + 1 of
+// both rows.
 void count_classes(const ClassRow& upper, const ClassRow& lower, std::int64_t start, std::int64_t count, CountRow& out);
 void add_counts(const CountRow& upper, const CountRow& lower, std::int64_t start, std::int64_t count, CountRow& out);
 
-// The areas of a texel of `full_area`, appended to `out`: areas rounded to whole ones such that they and the part without data sum to it. Each is
-// rounded down, then those that lost most get one more (the method of largest remainders; of equal remainders the lowest class first, what
-// is without data last).
+// The areas of a texel of `full_area`, appended to `out`: areas rounded to whole ones such that they and the
+// part without data sum to it. Each is rounded down, then those that lost most get one more (the method of
+// largest remainders; of equal remainders the lowest class first, what is without data last).
 void count_areas(std::span<const channels::ClassArea> classes, std::uint64_t full_area, std::vector<ClassCount>& out);
 
-// The planes of channels/class_planes.h of all texels of `row`, each of which covers `full_area`. Of equally frequent classes the lowest
-// comes first. Returns whether all weights are exactly 1.
+// The planes of channels/class_planes.h of all texels of `row`, each of which covers `full_area`. Of equally
+// frequent classes the lowest comes first. Returns whether all weights are exactly 1.
 bool rank_classes(const CountRow& row, std::uint64_t full_area, int ranked, const channels::PlaneRow& out);
 
 }  // namespace vt::pyramid

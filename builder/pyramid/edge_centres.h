@@ -1,11 +1,12 @@
 // Heights at the centres of texels that the edge of the data rectangle cuts.
 //
-// The mean over the part of such a texel that has data belongs to the middle of that part, up to half a texel from the texel's own centre.
-// With `filled` the part of the last column that has data, the middles of the last two columns lie (1 + filled) / 2 texels apart and the
-// last centre (1 - filled) / 2 beyond the last middle, so a straight line through both has there
+// The mean over the part of such a texel that has data belongs to the middle of that part, up to half a texel
+// from the texel's own centre. With `filled` the part of the last column that has data, the middles of the
+// last two columns lie (1 + filled) / 2 texels apart and the last centre (1 - filled) / 2 beyond the last
+// middle, so a straight line through both has there
 //   last + (last - before) * (1 - filled) / (1 + filled).
-// Along rows first, then along columns: exact for heights a + b x + c y + d x y. Where the column before has no data the mean stays.
-// Pure functions on the rows of a level; any thread.
+// Along rows first, then along columns: exact for heights a + b x + c y + d x y. Where the column before has
+// no data the mean stays. Pure functions on the rows of a level; any thread.
 #pragma once
 
 #include <cstdint>
@@ -25,10 +26,11 @@ class EdgeCentres {
         is_wide_(rules_.size() > 1 && rules_[1] == channels::PlaneRule::kRemainder),
         weight_plane_(weight_plane) {}
 
-  // Widens row `y`, which is written: bounds hold the values at the centres too, here and so in all coarser levels.
+  // Widens row `y`, which is written: bounds hold the values at the centres too, here and so in all coarser
+  // levels.
   void widen_bounds(PlaneRows& rows, const LayerShape& layer, std::int64_t y) const;
-  // `row` points at column `x` of row `y`, of which `count` columns are of interest: points it at values at the centres where the edge cuts
-  // any of them. They lie in `buffer`.
+  // `row` points at column `x` of row `y`, of which `count` columns are of interest: points it at values at
+  // the centres where the edge cuts any of them. They lie in `buffer`.
   void move(const PlaneRows& rows, const LayerShape& layer, std::int64_t y, std::int64_t x, std::int64_t count, std::vector<float>& buffer,
             channels::ConstPlaneRow& row) const;
 

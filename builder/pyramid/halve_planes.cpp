@@ -102,7 +102,8 @@ void PlaneHalver::take_extremes(const PlaneRows& fine, std::int64_t y, const Str
   }
 }
 
-// The box and the point kernel. Outside the data there is nothing, which gives a cut texel the half of its mirrored self that it keeps.
+// The box and the point kernel. Outside the data there is nothing, which gives a cut texel the half of its
+// mirrored self that it keeps.
 bool PlaneHalver::halve_pairs(const PlaneRows& fine, std::int64_t y, const Strip& strip) const {
   const bool has_both = fine.has(2 * y) && fine.has(2 * y + 1);
   const bool opaque = has_both && fine.is_opaque(2 * y) && fine.is_opaque(2 * y + 1) && !strip.cuts_west && !strip.cuts_east;
@@ -198,8 +199,9 @@ bool PlaneHalver::halve_wide(const PlaneRows& fine, std::int64_t y, const Strip&
   return !keep_inner_halves(fine, y, strip) && (rows_are_opaque || is_whole(strip));
 }
 
-// Keeps every value between the least and the greatest of the 4 x 4 texels under the kernel's main lobe, so that its negative lobes sharpen
-// edges but leave no rings beside them. What lies outside the data has no say, as if it were mirrored.
+// Keeps every value between the least and the greatest of the 4 x 4 texels under the kernel's main lobe, so
+// that its negative lobes sharpen edges but leave no rings beside them. What lies outside the data has no
+// say, as if it were mirrored.
 void PlaneHalver::limit_ringing(const PlaneRows& fine, std::int64_t y, const Strip& strip, bool rows_are_opaque) {
   const auto limit_covered = [&](std::int64_t first, std::int64_t count) {
     std::array<ConstPlaneRow, 4> rows;

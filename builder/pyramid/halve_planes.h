@@ -1,9 +1,9 @@
 // One row of planes of a coarser level from the rows of the finer one, by the layer's kernel.
 //
-// At the edges of the data rectangle kernels see the data mirrored, values and weights alike; across the seam of a closed layer they see
-// the other side. Where the rectangle cuts texels of the coarser level, because it ends at an odd column or row, such a texel keeps half of
-// what it has with the mirrored data: the part inside. So sums over all texels are the same at every level, up to rounding.
-// One object per thread.
+// At the edges of the data rectangle kernels see the data mirrored, values and weights alike; across the seam
+// of a closed layer they see the other side. Where the rectangle cuts texels of the coarser level, because it
+// ends at an odd column or row, such a texel keeps half of what it has with the mirrored data: the part
+// inside. So sums over all texels are the same at every level, up to rounding. One object per thread.
 #pragma once
 
 #include <cstdint>
@@ -21,7 +21,8 @@ class PlaneHalver {
   // Rows have at most `widest` floats.
   PlaneHalver(std::span<const channels::PlaneRule> rules, int weight_plane, const HalvingKernel& kernel, std::int64_t widest);
 
-  // How many rows of a level have to be kept: those under the kernel, and a few for whoever they are passed on to.
+  // How many rows of a level have to be kept: those under the kernel, and a few for whoever they are passed
+  // on to.
   [[nodiscard]] static int rows_needed(const HalvingKernel& kernel) { return kernel.taps + 4; }
   // Row coarse.next() can be made.
   [[nodiscard]] bool is_ready(const PlaneRows& fine, const PlaneRows& coarse) const {

@@ -8,7 +8,8 @@
 namespace vt::pyramid {
 namespace {
 
-// Modified Bessel function of the first kind, order 0, by its power series; converges for the small arguments used here.
+// Modified Bessel function of the first kind, order 0, by its power series; converges for the small arguments
+// used here.
 double bessel_i0(double x) {
   double term = 1.0;
   double sum = 1.0;

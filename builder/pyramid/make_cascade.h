@@ -8,8 +8,9 @@
 
 namespace vt::pyramid {
 
-// Levels as from plan_block(), of `layer`; levels[0].active is not empty. Tiles of carry are 2^tile_exponent texels a side, areas of
-// classes are counted in 1 / 2^area_exponent of a texel of the finest level. The codec is used during the call only.
+// Levels as from plan_block(), of `layer`; levels[0].active is not empty. Tiles of carry are 2^tile_exponent
+// texels a side, areas of classes are counted in 1 / 2^area_exponent of a texel of the finest level. The
+// codec is used during the call only.
 [[nodiscard]] std::unique_ptr<Cascade> make_cascade(std::vector<BlockLevel> levels, const LayerShape& layer, int outputs,
                                                     const channels::ChannelCodec& codec, const HalvingKernel& kernel, int tile_exponent,
                                                     int area_exponent);

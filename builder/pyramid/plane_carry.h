@@ -1,5 +1,6 @@
-// A tile of carry of planes, as bytes that a compressor shortens well: for each plane the residuals of its floats against the gradient of
-// their neighbours (store/codec/prediction.h), reversible to the bit. Pure functions, any thread.
+// A tile of carry of planes, as bytes that a compressor shortens well: for each plane the residuals of its
+// floats against the gradient of their neighbours (store/codec/prediction.h), reversible to the bit. Pure
+// functions, any thread.
 #pragma once
 
 #include <cstddef>

@@ -1,4 +1,5 @@
-// The cascade of channels whose levels are weighted sums of planes, with planes of least and greatest values beside them.
+// The cascade of channels whose levels are weighted sums of planes, with planes of least and greatest values
+// beside them.
 #pragma once
 
 #include <cstdint>
@@ -21,7 +22,8 @@ struct PlaneMeaning {
 
 class PlaneCascade final : public Cascade {
  public:
-  // levels[0].active is not empty; they are levels of `layer`. Tiles of carry are 2^tile_exponent texels a side.
+  // levels[0].active is not empty; they are levels of `layer`. Tiles of carry are 2^tile_exponent texels a
+  // side.
   PlaneCascade(std::vector<BlockLevel> levels, const LayerShape& layer, int outputs, const PlaneMeaning& planes,
                const HalvingKernel& kernel, int tile_exponent);
 

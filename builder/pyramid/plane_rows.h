@@ -1,6 +1,6 @@
-// The rows of one level of a block that are alive at a time, as planes of floats. A row holds one or two runs of columns, each with a pad
-// on either side for taps that reach past it: what lies in a pad is nothing at an edge of the data, and the other side at the seam of a
-// closed layer. One object per thread.
+// The rows of one level of a block that are alive at a time, as planes of floats. A row holds one or two runs
+// of columns, each with a pad on either side for taps that reach past it: what lies in a pad is nothing at an
+// edge of the data, and the other side at the seam of a closed layer. One object per thread.
 #pragma once
 
 #include <cstdint>

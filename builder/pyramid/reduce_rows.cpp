@@ -14,8 +14,8 @@ HWY_BEFORE_NAMESPACE();
 namespace vt::pyramid::HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
-// Sum over symmetric pairs; `load(t)` gives the vector under tap t. Add and Mul, never MulAdd: a fused one rounds once and exists on some
-// CPUs only.
+// Sum over symmetric pairs; `load(t)` gives the vector under tap t. Add and Mul, never MulAdd: a fused one
+// rounds once and exists on some CPUs only.
 template <int kTaps, class D, class Load>
 HWY_INLINE hn::Vec<D> weighted_pairs(D d, const HalvingKernel& kernel, const Load& load) {
   auto sum = hn::Mul(hn::Set(d, kernel.weight[0]), hn::Add(load(0), load(kTaps - 1)));
@@ -35,7 +35,8 @@ void combine(const float* const* rows, const HalvingKernel& kernel, std::size_t 
   for (; i < count; ++i) hn::StoreU(weighted_pairs<kTaps>(one, kernel, [&](int t) { return hn::LoadU(one, rows[t] + i); }), one, out + i);
 }
 
-// Fine texel 2 i + o of a row is even[i + o / 2] or odd[i + (o - 1) / 2]; both can be read `margin` texels before and after the `count`.
+// Fine texel 2 i + o of a row is even[i + o / 2] or odd[i + (o - 1) / 2]; both can be read `margin` texels
+// before and after the `count`.
 struct SplitRow {
   const float* even;
   const float* odd;
@@ -369,7 +370,8 @@ void limit_to_four_rows(const float* const* rows, std::size_t count, float* scra
   HWY_DYNAMIC_DISPATCH(LimitToFourRows)(rows, count, scratch, out);
 }
 
-// Not dispatched: sums of doubles in a fixed order, the same on every CPU. Four floats of like size add up in a double without rounding.
+// Not dispatched: sums of doubles in a fixed order, the same on every CPU. Four floats of like size add up in
+// a double without rounding.
 void remainder_of_four(const PlaneAndRemainder& upper, const PlaneAndRemainder& lower, const float* halved, std::size_t count, float* out) {
   const auto four = [](const float* a, const float* b, std::size_t i) {
     return (static_cast<double>(a[2 * i]) + static_cast<double>(a[2 * i + 1])) +

@@ -45,7 +45,8 @@ BaseSampler::BaseSampler(std::vector<PlacedSource> sources, std::int64_t width, 
       sources_.size() == 1 && first.is_aligned && first.codec->samples_are_texels() && first.covered == TexelRect{0, 0, width, height};
 }
 
-// A source joins the last group of its grid, unless another one that has come since lies over that group where the source lies.
+// A source joins the last group of its grid, unless another one that has come since lies over that group
+// where the source lies.
 void BaseSampler::add_to_group(const PlacedSource& source) {
   const source::RasterInfo& info = source.raster->info();
   for (auto group = groups_.rbegin(); group != groups_.rend(); ++group) {
@@ -80,7 +81,8 @@ std::uint64_t BaseSampler::most_squares_touched(std::int64_t edge, std::int64_t 
   return sum;
 }
 
-// Those that lie wholly under an opaque source of the layer's grid are left out: they are neither read nor do they count as content.
+// Those that lie wholly under an opaque source of the layer's grid are left out: they are neither read nor do
+// they count as content.
 std::vector<BaseSampler::GroupPart> BaseSampler::find_groups(const TexelRect& rect, std::vector<std::uint32_t>& found) const {
   std::vector<GroupPart> parts;
   for (std::size_t i = groups_.size(); i-- > 0;) {
@@ -135,8 +137,8 @@ Result<void> BaseSampler::assemble(BaseChunk& chunk, store::ContentHasher* conte
   chunk.texel_bytes_ = first.layout.texel_bytes();
   const std::size_t pitch = static_cast<std::size_t>(rect.width) * chunk.texel_bytes_;
   refit(chunk.samples_, static_cast<std::size_t>(rect.height) * pitch);
-  // Texels that are not always opaque cannot be copied one by one: what a texel without data looks like depends on its neighbours, and
-  // those may come from another source.
+  // Texels that are not always opaque cannot be copied one by one: what a texel without data looks like
+  // depends on its neighbours, and those may come from another source.
   const auto is_opaque = [](const SampleGrid::Part& part) { return part.member->source->is_opaque(); };
   chunk.has_texels_ = passes_texels_ || (first.codec->samples_are_texels() && std::ranges::all_of(chunk.parts_, is_opaque));
   for (const SampleGrid::Part& part : chunk.parts_) {

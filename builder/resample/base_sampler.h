@@ -1,14 +1,14 @@
-// The finest level of a layer, by rectangles: every source is brought onto the layer's grid and into its filter space, in the order given,
-// later sources over earlier ones.
+// The finest level of a layer, by rectangles: every source is brought onto the layer's grid and into its
+// filter space, in the order given, later sources over earlier ones.
 //
 //   sources of one grid  ->  SampleGrid: one raster, sample over sample  ->  as it is, where the grid is the layer's
 //                                                                        ->  warped_reader.h: resampled, where it is another
 //   what comes of each grid  ->  composited texel by texel, in all planes of the codec (or areas of classes)  ->  BaseChunk
 //
-// Where one grid ends inside a texel, the texel is made of all that are seen in it: each of kPlaces places of the texel belongs to the last
-// grid that has a source there. A texel whose centre lies in no source has no data.
-// What a rectangle costs depends on the sources under it, not on how many there are. Threads: a BaseSampler is immutable and shared; a
-// BaseChunk belongs to one thread.
+// Where one grid ends inside a texel, the texel is made of all that are seen in it: each of kPlaces places of
+// the texel belongs to the last grid that has a source there. A texel whose centre lies in no source has no
+// data. What a rectangle costs depends on the sources under it, not on how many there are. Threads: a
+// BaseSampler is immutable and shared; a BaseChunk belongs to one thread.
 #pragma once
 
 #include <atomic>
@@ -35,11 +35,13 @@ class BaseChunk;
 // Rectangles are in texels from the data rectangle's corner and lie inside the data rectangle.
 class BaseSampler {
  public:
-  // `sources` is not empty; all codecs are of one channel and format. `width` and `height` are those of the data rectangle.
+  // `sources` is not empty; all codecs are of one channel and format. `width` and `height` are those of the
+  // data rectangle.
   BaseSampler(std::vector<PlacedSource> sources, std::int64_t width, std::int64_t height);
 
   [[nodiscard]] const channels::ChannelCodec& codec() const { return *sources_.front().codec; }
-  // Every texel of the finest level is a source's own bytes. When false, that may still hold for a chunk: BaseChunk::texel_row tells.
+  // Every texel of the finest level is a source's own bytes. When false, that may still hold for a chunk:
+  // BaseChunk::texel_row tells.
   [[nodiscard]] bool passes_texels() const { return passes_texels_; }
   // The layer is of classes, and texels may lie over many samples: see BaseChunk::class_areas.
   [[nodiscard]] bool counts_areas() const { return counts_areas_; }
@@ -50,13 +52,15 @@ class BaseSampler {
   // At most so many squares of `edge` texels, on a grid of such squares, have a source within `apron` texels.
   [[nodiscard]] std::uint64_t most_squares_touched(std::int64_t edge, std::int64_t apron) const;
 
-  // Reads what `rect` needs. Adds to `content`, when it is given, all that decides the result: for each source that is seen in `rect`, in
-  // order, how it is read and what was read. Equal contents of equal rectangles mean equal texels.
+  // Reads what `rect` needs. Adds to `content`, when it is given, all that decides the result: for each
+  // source that is seen in `rect`, in order, how it is read and what was read. Equal contents of equal
+  // rectangles mean equal texels.
   [[nodiscard]] Result<void> load(const TexelRect& rect, BaseChunk& chunk, store::ContentHasher* content = nullptr) const;
   // Adds to `content` exactly what load() would add. Nothing is decoded; `chunk` lends its buffers.
   [[nodiscard]] Result<void> hash(const TexelRect& rect, BaseChunk& chunk, store::ContentHasher& content) const;
 
-  // A hint that no row above `row` will be asked for again. Rows may still be asked for; then they are read again.
+  // A hint that no row above `row` will be asked for again. Rows may still be asked for; then they are read
+  // again.
   void release_rows_before(std::int64_t row) const;
 
  private:
@@ -101,7 +105,8 @@ class BaseChunk {
   [[nodiscard]] const channels::ClassAreaBlock& class_areas() const { return texels_.areas; }
   // The same of a chunk whose texels are of one class each: from now on they are given so.
   const channels::ClassAreaBlock& to_class_areas();
-  // All planes of row `row` (0 = the first of the chunk) into `out`; returns whether all weights are exactly 1.
+  // All planes of row `row` (0 = the first of the chunk) into `out`; returns whether all weights are exactly
+  // 1.
   bool decode_row(std::int64_t row, const channels::PlaneRow& out) const;
   // The row's texels, when the bytes of the sources are passed on as they are; otherwise null.
   [[nodiscard]] const std::byte* texel_row(std::int64_t row) const;

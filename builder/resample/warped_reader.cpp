@@ -137,7 +137,8 @@ class Reader {
       bounds.add({centre.x + side * (std::max(1.0, widths.x) + 1.0), centre.y + side * (std::max(1.0, widths.y) + 1.0)});
   }
 
-  // How a texel whose edges run along those of samples is made along one axis: what counts for sums, and what for extremes.
+  // How a texel whose edges run along those of samples is made along one axis: what counts for sums, and what
+  // for extremes.
   struct AxisRuns {
     CoveredRun sums;
     CoveredRun touched;

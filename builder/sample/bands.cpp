@@ -13,7 +13,8 @@
 namespace vt::sample {
 namespace {
 
-// The class of most of the four texels; of equally many, the one with the largest number, which are the works of man.
+// The class of most of the four texels; of equally many, the one with the largest number, which are the works
+// of man.
 std::uint8_t majority(std::array<Material, 4> classes) {
   std::sort(classes.begin(), classes.end());
   Material best = classes[0];

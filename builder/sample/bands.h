@@ -1,5 +1,5 @@
-// A scene of a given size as bands of 256 rows, made by all threads of the current TBB arena from squares, and its lights.
-// Between the painter (one square) and sample_scene.cpp (files); no files here.
+// A scene of a given size as bands of 256 rows, made by all threads of the current TBB arena from squares,
+// and its lights. Between the painter (one square) and sample_scene.cpp (files); no files here.
 #pragma once
 
 #include <cstdint>
@@ -29,7 +29,8 @@ struct Light {
 
 [[nodiscard]] inline std::int64_t band_count(std::int64_t size) { return (size + kSquare - 1) / kSquare; }
 
-// Band `index`, counted from the north, of the scene that is `size` (a multiple of 8) texels wide and high. Reuses `band`'s memory.
+// Band `index`, counted from the north, of the scene that is `size` (a multiple of 8) texels wide and high.
+// Reuses `band`'s memory.
 void paint_band(const World& world, std::int64_t size, std::int64_t index, Band& band);
 
 // Street lamps, porch lights and flood lights inside the scene, always in the same order.

@@ -12,10 +12,12 @@ namespace {
 // Trees and houses cast shadows into the square from at most this many texels outside it.
 constexpr int kApron = 32;
 constexpr int kWide = kSquare + 2 * kApron;
-// Elevation nodes under the wide square, with one more on each side for interpolation, and one more for slopes.
+// Elevation nodes under the wide square, with one more on each side for interpolation, and one more for
+// slopes.
 constexpr int kNodes = kWide / kHeightStep + 4;
 
-// The sun stands in the north-west, as on shaded maps: lit from the south, mountains look like valleys to many people.
+// The sun stands in the north-west, as on shaded maps: lit from the south, mountains look like valleys to
+// many people.
 constexpr float kSunEast = -0.5206F;
 constexpr float kSunNorth = 0.5206F;
 constexpr float kSunUp = 0.6767F;
@@ -147,7 +149,8 @@ void Painter::Scratch::fill_nodes(const World& world) {
       nodes[kHollow][at] = (height[at + 1] + height[at - 1] + height[at - kNodes] + height[at + kNodes]) * 0.25F - height[at];
       const float moist = nodes[kMoisture][at];
       const float h = height[at];
-      // Forest likes slopes that no plough climbs, river banks and middle heights; not the coast, cliffs or the heights.
+      // Forest likes slopes that no plough climbs, river banks and middle heights; not the coast, cliffs or
+      // the heights.
       nodes[kForest][at] = 0.95F * moist + 0.5F * smoothstep(0.08F, 0.3F, slope) + 0.55F * smoothstep(40.0F, 110.0F, h) +
                            0.4F * (1.0F - smoothstep(0.0F, 26.0F, nodes[kRiver][at])) - 0.42F -
                            2.2F * smoothstep(230.0F, 380.0F, h + 70.0F * moist) - 1.4F * smoothstep(0.75F, 1.05F, slope) -
@@ -288,7 +291,8 @@ void Painter::Scratch::build_houses() {
 }
 
 void Painter::Scratch::plant_trees(const World& world) {
-  // At most one tree per cell of 8.5 texels, on a sixteenth of a texel: exact in float wherever the square begins.
+  // At most one tree per cell of 8.5 texels, on a sixteenth of a texel: exact in float wherever the square
+  // begins.
   constexpr std::int64_t kCell = 136;
   constexpr double kSixteenth = 1.0 / 16.0;
   const std::uint32_t salt = world.salt(kTreeSalt);
@@ -345,7 +349,8 @@ void Painter::Scratch::plant_trees(const World& world) {
           if (r2 >= 1.0F) continue;
           const float z = conifer ? top * (1.0F - 0.55F * std::sqrt(r2)) : top * (0.55F + 0.45F * std::sqrt(1.0F - r2));
           const auto at = static_cast<std::size_t>(ty * kWide + tx);
-          // The higher one is seen. Equal heights of different trees are as good as impossible, and then the order of cells decides.
+          // The higher one is seen. Equal heights of different trees are as good as impossible, and then the
+          // order of cells decides.
           if (thing[at] == Thing::kRoof || z <= thing_m[at]) continue;
           const float lean = (conifer ? 1.3F : 1.0F) / radius_texels;
           thing[at] = Thing::kTree;
@@ -371,7 +376,8 @@ void Painter::Scratch::cast_shadows() {
 }
 
 void Painter::Scratch::fill_grain(const World& world, int y) {
-  // Value noise with lattices of 2^k texels, a row at a time: two lattice values per cell, straight lines between.
+  // Value noise with lattices of 2^k texels, a row at a time: two lattice values per cell, straight lines
+  // between.
   const auto add = [&](std::array<float, kWide>& out, int log2_cell, float amplitude) {
     const int cell = 1 << log2_cell;
     const std::uint32_t salt = world.salt(kGrainSalt) + static_cast<std::uint32_t>(log2_cell);
@@ -596,7 +602,8 @@ void Painter::paint(std::int64_t column, std::int64_t row, Square& out) {
         relief = 0.5F;
       }
 
-      // Sun and sky. Small bumps tilt the surface a little; only their east-west part, which the diagonal sun shows as well.
+      // Sun and sky. Small bumps tilt the surface a little; only their east-west part, which the diagonal sun
+      // shows as well.
       const float bump =
           relief * ((s.middle[grain_at + 1] - s.middle[grain_at - 1]) * 1.2F + (s.fine[grain_at + 1] - s.fine[grain_at - 1]) * 0.5F);
       const float east = tilt_east + bump;

@@ -1,5 +1,6 @@
-// Turns the sample world into samples: colour and class at the finest resolution, height at a quarter of it, one square at a time.
-// Reads only `World`; a square does not know which other squares are painted, so any number of threads may paint at once.
+// Turns the sample world into samples: colour and class at the finest resolution, height at a quarter of it,
+// one square at a time. Reads only `World`; a square does not know which other squares are painted, so any
+// number of threads may paint at once.
 #pragma once
 
 #include <array>
@@ -29,8 +30,9 @@ class Painter {
   Painter(const Painter&) = delete;
   Painter& operator=(const Painter&) = delete;
 
-  // Paints the square whose north-west texel is `column` texels east and `row` texels south of the scene's centre; both are multiples of 4.
-  // A painter keeps scratch memory (about 6 MiB), so each thread needs its own.
+  // Paints the square whose north-west texel is `column` texels east and `row` texels south of the scene's
+  // centre; both are multiples of 4. A painter keeps scratch memory (about 6 MiB), so each thread needs its
+  // own.
   void paint(std::int64_t column, std::int64_t row, Square& out);
 
  private:

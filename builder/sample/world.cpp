@@ -77,8 +77,9 @@ Position World::valley_road_point(std::int64_t river, double inland) const {
   return position_from_coast(inland, valley_road(river, inland).value);
 }
 
-// Mountains: each octave of noise weighs less where the octaves before are steep, as if their slopes were washed smooth.
-// The construction is Inigo Quilez's derivative-damped sum (iquilezles.org, "value noise derivatives"). About 0..1.3.
+// Mountains: each octave of noise weighs less where the octaves before are steep, as if their slopes were
+// washed smooth. The construction is Inigo Quilez's derivative-damped sum (iquilezles.org, "value noise
+// derivatives"). About 0..1.3.
 float World::eroded(Position p) const {
   double x = p.x / 820.0;
   double y = p.y / 820.0;
@@ -188,7 +189,8 @@ Ground World::ground(Position p) const {
 }
 
 Position World::position_from_street(double inland, double shore) const {
-  // Fixed-point iteration: the bend changes slowly (at most 0.3 m per m), so five steps leave less than 0.1 m.
+  // Fixed-point iteration: the bend changes slowly (at most 0.3 m per m), so five steps leave less than 0.1
+  // m.
   Position p = position_from_coast(inland, shore);
   for (int step = 0; step < 5; ++step) {
     const Noise2 bend_a = noise2(salt(kBendSalt), p.x / 330.0, p.y / 330.0);

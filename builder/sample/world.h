@@ -1,9 +1,10 @@
-// The sample world: what is where, as pure functions of (seed, position). The painter and the file writer ask here and nowhere else, which
-// is why all layers agree. Positions are metres east (x) and north (y) of the scene's centre. Any thread.
+// The sample world: what is where, as pure functions of (seed, position). The painter and the file writer ask
+// here and nowhere else, which is why all layers agree. Positions are metres east (x) and north (y) of the
+// scene's centre. Any thread.
 //
-// The plan: the sea in the south-south-west, a beach, a coastal plain with fields and towns, wooded hills, then mountains with snow in the
-// north-north-east. Distances from the coast are measured along `inland`, distances along the coast along `shore`; rivers run down to the
-// sea.
+// The plan: the sea in the south-south-west, a beach, a coastal plain with fields and towns, wooded hills,
+// then mountains with snow in the north-north-east. Distances from the coast are measured along `inland`,
+// distances along the coast along `shore`; rivers run down to the sea.
 #pragma once
 
 #include <array>

@@ -17,7 +17,6 @@ struct SchemaComplaint {
 
 // Empty: the document follows the schema. Complaints come from the outside in; outer ones only repeat that
 // something inside is wrong. kInternal: the schema is none.
-[[nodiscard]] Result<std::vector<SchemaComplaint>> schema_complaints(const nlohmann::json& document,
-                                                                     const nlohmann::json& schema);
+[[nodiscard]] Result<std::vector<SchemaComplaint>> schema_complaints(const nlohmann::json& document, const nlohmann::json& schema);
 
 }  // namespace vt::text

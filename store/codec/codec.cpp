@@ -39,8 +39,9 @@ tl::unexpected<Error> zstd_failure(std::size_t code) {
 
 // How zstd looks for repetitions.
 //
-// Residuals have few, and looking for them at every byte costs more time than all the rest: going over them in steps leaves the work to the
-// Huffman coder. On photographs that is smaller than what levels 1 to 9 make of the same residuals, and three times as fast as level 1.
+// Residuals have few, and looking for them at every byte costs more time than all the rest: going over them
+// in steps leaves the work to the Huffman coder. On photographs that is smaller than what levels 1 to 9 make
+// of the same residuals, and three times as fast as level 1.
 struct Search {
   int step = 0;  // 0: as the level does
 };
@@ -51,7 +52,8 @@ constexpr Search kByLevel{0};
 std::size_t set_search(ZSTD_CCtx* context, Search search, int level) {
   std::size_t code = ZSTD_CCtx_setParameter(context, ZSTD_c_compressionLevel, level);
   if (search.step == 0) return code;
-  // A table for the steps of one plane; with steps this strategy would not compress what it finds no match for, if it were not told to.
+  // A table for the steps of one plane; with steps this strategy would not compress what it finds no match
+  // for, if it were not told to.
   const int hash_log = search.step > 100 ? 10 : 13;
   for (const auto& [parameter, value] : {std::pair{ZSTD_c_strategy, static_cast<int>(ZSTD_fast)},
                                          {ZSTD_c_minMatch, 7},
@@ -62,7 +64,8 @@ std::size_t set_search(ZSTD_CCtx* context, Search search, int level) {
   return code;
 }
 
-// A payload in the making. The buffer only grows, since it is used again and again; what it holds past `size` means nothing.
+// A payload in the making. The buffer only grows, since it is used again and again; what it holds past `size`
+// means nothing.
 struct Draft {
   std::vector<std::byte> buffer;
   std::size_t size = 0;
@@ -74,8 +77,8 @@ struct Draft {
   }
 };
 
-// One frame of `bytes` after what `out` holds already. A block ends with each of `pieces` equal pieces (planes, or parts of them), so that
-// each has Huffman tables of its own.
+// One frame of `bytes` after what `out` holds already. A block ends with each of `pieces` equal pieces
+// (planes, or parts of them), so that each has Huffman tables of its own.
 Result<void> append_frame(std::span<const std::byte> bytes, std::size_t pieces, Search search, int level, Draft& out) {
   ZSTD_CCtx* const context = compressor();
   ZSTD_CCtx_reset(context, ZSTD_reset_session_and_parameters);
@@ -124,8 +127,9 @@ Result<Prediction> parse_prediction(std::span<const std::byte> bytes, const Tile
   return prediction;
 }
 
-// How often eight residuals in a row are zero, as in maps, graphics and photographs that were enlarged: then repetitions are worth looking
-// for. (The top bytes of longer samples are nearly always zero, and tell nothing.)
+// How often eight residuals in a row are zero, as in maps, graphics and photographs that were enlarged: then
+// repetitions are worth looking for. (The top bytes of longer samples are nearly always zero, and tell
+// nothing.)
 double flat_share(std::span<const std::byte> residuals, const TileShape& shape) {
   const std::size_t plane_bytes = shape.plane_bytes();
   std::size_t zero_words = 0;
@@ -150,7 +154,8 @@ bool has_few_values(std::span<const std::byte> raw) {
   return found.count() <= 64;
 }
 
-// Tries what the level is worth and keeps the smallest. A photograph at level 1 is tried only once, at levels 2 to 8 twice.
+// Tries what the level is worth and keeps the smallest. A photograph at level 1 is tried only once, at levels
+// 2 to 8 twice.
 class ZstdEncoder {
  public:
   // The payload is left in `scratch`, unless it is kRaw's.
@@ -174,7 +179,8 @@ class ZstdEncoder {
   }
 
  private:
-  // From here on zstd finds what little repeats in photographs, too; below it would cost ten times the time for nothing.
+  // From here on zstd finds what little repeats in photographs, too; below it would cost ten times the time
+  // for nothing.
   [[nodiscard]] bool is_thorough() const { return level_ >= 9; }
   [[nodiscard]] PayloadView best() const {
     return {codec_, static_cast<std::uint32_t>(raw_.size()), std::span(best_.buffer).first(best_.size)};
@@ -188,7 +194,8 @@ class ZstdEncoder {
     const auto residuals = std::span(planes).first(raw_.size());
     const Prediction prediction = choose_prediction(raw_, shape);
     split_into_residuals(raw_, shape, prediction, residuals);
-    // A quarter parts flat tiles from aerial photographs of open sea, which the search makes larger. A higher level has the time to see.
+    // A quarter parts flat tiles from aerial photographs of open sea, which the search makes larger. A higher
+    // level has the time to see.
     const double share = flat_share(residuals, shape);
     is_flat_ = share >= 0.25;
     const bool may_repeat = share >= 0.0625;
@@ -232,7 +239,8 @@ class ZstdEncoder {
   bool is_flat_ = false;
 };
 
-// Exactly one frame of exactly out.size() bytes: the library would also unpack several in a row, which another reader need not.
+// Exactly one frame of exactly out.size() bytes: the library would also unpack several in a row, which
+// another reader need not.
 Result<void> decode_frame(std::span<const std::byte> stored, std::span<std::byte> out) {
   const std::size_t frame = ZSTD_findFrameCompressedSize(stored.data(), stored.size());
   if (ZSTD_isError(frame) || frame != stored.size()) return fail(ErrorCode::kCorrupt, "the payload is not exactly one zstd frame");

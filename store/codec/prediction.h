@@ -1,6 +1,7 @@
-// Prediction before compression: a tile's samples become differences from what their neighbours foretell, sorted into planes of bytes that
-// an entropy coder shortens well. Reversible to the bit. schemas/tile-store.md defines predictors and planes; prediction*.cpp own them
-// alone, the compressor behind is codec.cpp's. Pure functions, any thread; the bytes are the same on every CPU.
+// Prediction before compression: a tile's samples become differences from what their neighbours foretell,
+// sorted into planes of bytes that an entropy coder shortens well. Reversible to the bit.
+// schemas/tile-store.md defines predictors and planes; prediction*.cpp own them alone, the compressor behind
+// is codec.cpp's. Pure functions, any thread; the bytes are the same on every CPU.
 #pragma once
 
 #include <array>
@@ -56,7 +57,8 @@ struct Prediction {
   auto operator<=>(const Prediction&) const = default;
 };
 
-// What is likely to code this tile in the fewest bytes, from a sample of its rows. `raw` is shape.raw_bytes() of a predictable shape.
+// What is likely to code this tile in the fewest bytes, from a sample of its rows. `raw` is shape.raw_bytes()
+// of a predictable shape.
 [[nodiscard]] Prediction choose_prediction(std::span<const std::byte> raw, const TileShape& shape);
 
 // `raw` and `planes` are both shape.raw_bytes() of a predictable shape, and do not overlap.

@@ -57,8 +57,8 @@ struct Histogram {
 // What one channel would cost with each predictor.
 using Costs = std::array<std::uint64_t, kPredictorCount>;
 
-// Those that were the best of some tile of the rasters they were compared on: photographs from 0.1 m to 500 m a texel, elevation models.
-// (Paeth's was never better than the median.)
+// Those that were the best of some tile of the rasters they were compared on: photographs from 0.1 m to 500 m
+// a texel, elevation models. (Paeth's was never better than the median.)
 constexpr std::array kByteCandidates = {Predictor::kNone, Predictor::kLeft, Predictor::kUp, Predictor::kAverage, Predictor::kMedian};
 constexpr std::array kWordCandidates = {Predictor::kLeft, Predictor::kUp, Predictor::kAverage, Predictor::kGradient, Predictor::kMedian};
 
@@ -77,7 +77,8 @@ SampledRow sampled_row(const TileShape& shape, std::size_t i) {
           .y = 1 + (2 * i + 1) * (shape.height - 1) / (2 * rows)};
 }
 
-// The best predictor of each channel, but one for all where that is nearly as good, because it decodes faster.
+// The best predictor of each channel, but one for all where that is nearly as good, because it decodes
+// faster.
 std::array<Predictor, 4> cheapest(std::span<const Costs> channels, std::span<const Predictor> candidates, std::uint64_t& cost) {
   std::array<Predictor, 4> each = {};
   std::uint64_t each_cost = 0;

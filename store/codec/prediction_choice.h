@@ -1,5 +1,5 @@
-// Which prediction to use: the one whose residuals have the least entropy on a sample of rows. Private to prediction*.cpp; prediction.h
-// says what the arguments are. At least two rows and two columns.
+// Which prediction to use: the one whose residuals have the least entropy on a sample of rows. Private to
+// prediction*.cpp; prediction.h says what the arguments are. At least two rows and two columns.
 #pragma once
 
 #include <cstdint>

@@ -1,5 +1,6 @@
-// Rows of values to residuals and back, whatever a value is: what prediction_bytes.cpp, prediction_words.cpp and prediction_choice.cpp are
-// built from. Each thread has working memory of its own; otherwise pure functions, any thread.
+// Rows of values to residuals and back, whatever a value is: what prediction_bytes.cpp, prediction_words.cpp
+// and prediction_choice.cpp are built from. Each thread has working memory of its own; otherwise pure
+// functions, any thread.
 #pragma once
 
 #include <cstddef>
@@ -8,8 +9,9 @@
 
 #include "store/codec/predictor_rules.h"
 
-// Plain loops that the compiler turns into vector instructions, once for every x86-64 and once for those with AVX2; the loader of the C
-// library picks one when the program starts. (Before the thread sanitizer has started, which therefore has only the first.)
+// Plain loops that the compiler turns into vector instructions, once for every x86-64 and once for those with
+// AVX2; the loader of the C library picks one when the program starts. (Before the thread sanitizer has
+// started, which therefore has only the first.)
 #if defined(__SANITIZE_THREAD__)
 #define VT_HAS_THREAD_SANITIZER 1
 #elif defined(__has_feature)
@@ -41,8 +43,9 @@ void subtract_rule(const Rule& rule, const T* __restrict above, const T* __restr
   for (std::size_t x = 1; x < count; ++x) out[x] = minus(now[x], rule(now[x - 1], above[x], above[x - 1]));
 }
 
-// What lies outside the tile is taken for the neighbour that does not: in the top row all three are the left one, in the first column all
-// three are the upper one. The very first value has no neighbour, and stays as it is.
+// What lies outside the tile is taken for the neighbour that does not: in the top row all three are the left
+// one, in the first column all three are the upper one. The very first value has no neighbour, and stays as
+// it is.
 template <class T>
 void subtract_row(Predictor predictor, const T* above, const T* now, T* out, std::size_t count) {
   with_rule(predictor, [&](const auto& rule) {

@@ -1,5 +1,6 @@
-// What each predictor foretells of a value from its three neighbours, once, for every kind of value that the encoder and the decoder work
-// on: bytes, 16- and 32-bit integers, and pixels of four bytes at a time. Pure functions, any thread. For prediction*.cpp and their tests.
+// What each predictor foretells of a value from its three neighbours, once, for every kind of value that the
+// encoder and the decoder work on: bytes, 16- and 32-bit integers, and pixels of four bytes at a time. Pure
+// functions, any thread. For prediction*.cpp and their tests.
 #pragma once
 
 #include <algorithm>
@@ -40,7 +41,8 @@ template <std::unsigned_integral T>
   return a < b ? b : a;
 }
 
-// Four bytes that are worked on side by side: the channels of a texel, of which each waits for its own left neighbour.
+// Four bytes that are worked on side by side: the channels of a texel, of which each waits for its own left
+// neighbour.
 #if defined(__SSE2__)
 struct Pixel {
   __m128i lanes;
@@ -122,8 +124,8 @@ struct PredictGradient {
     return minus(plus(left, up), corner);
   }
 };
-// The median of left, up and their gradient, as in LOCO-I (Weinberger, Seroussi, Sapiro 2000), in a form that cannot overflow: a corner
-// beyond both neighbours is taken for the nearer of them.
+// The median of left, up and their gradient, as in LOCO-I (Weinberger, Seroussi, Sapiro 2000), in a form that
+// cannot overflow: a corner beyond both neighbours is taken for the nearer of them.
 struct PredictMedian {
   template <class T>
   [[nodiscard]] T operator()(T left, T up, T corner) const {

@@ -23,8 +23,8 @@ bool is_name(std::string_view name) { return !name.empty() && name.size() <= kMa
 }  // namespace
 
 // header   0 u32 layers   4 u32 metadata bytes   8 f64 west   16 south   24 east   32 north   40 u64 reserved
-// then one entry a layer, 192 bytes long (128 before version 3), then the roots of all layers, then the texts: metadata, and name and
-// metadata of each layer.
+// then one entry a layer, 192 bytes long (128 before version 3), then the roots of all layers, then the
+// texts: metadata, and name and metadata of each layer.
 
 std::string description_fault(const StoreDescription& description) {
   const Area& area = description.area;

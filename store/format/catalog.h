@@ -1,5 +1,6 @@
-// The catalog of a store: its area, its layers and the roots of their indexes, as schemas/tile-store.md section 6 specifies them; encoding,
-// decoding, and every check that it can be given by itself. Owns no file. Pure functions, any thread.
+// The catalog of a store: its area, its layers and the roots of their indexes, as schemas/tile-store.md
+// section 6 specifies them; encoding, decoding, and every check that it can be given by itself. Owns no file.
+// Pure functions, any thread.
 #pragma once
 
 #include <cstddef>
@@ -34,8 +35,8 @@ struct Catalog {
 // `version` is that of the superblock which refers to it.
 [[nodiscard]] Checked<Catalog> decode_catalog(std::span<const std::byte> payload, std::uint64_t file_end, std::uint32_t version);
 
-// A sentence about the first field out of its range, empty when all is well. The same rules for what is written and what is read: numbers
-// of channels and formats that this program does not know are no fault.
+// A sentence about the first field out of its range, empty when all is well. The same rules for what is
+// written and what is read: numbers of channels and formats that this program does not know are no fault.
 [[nodiscard]] std::string description_fault(const StoreDescription& description);
 [[nodiscard]] std::string layer_fault(const LayerInfo& info);
 // The same for a layer that this program makes: its channel is registered or private, and its format known.

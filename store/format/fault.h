@@ -1,5 +1,5 @@
-// What can be wrong with a store, with its stable number. One check makes one Fault; the reader turns it into an Error, the validator into
-// a Finding, so both say the same sentence. Plain values, any thread.
+// What can be wrong with a store, with its stable number. One check makes one Fault; the reader turns it into
+// an Error, the validator into a Finding, so both say the same sentence. Plain values, any thread.
 #pragma once
 
 #include <string>

@@ -27,14 +27,15 @@ bool is_name_beside(std::string_view name, std::string_view target) {
 
 bool is_of_older_programs(std::string_view name) { return name.size() - name.rfind(kMark) - kMark.size() != kRandomDigits; }
 
-// A file with a decimal number in its name may be somebody's own; one that is no whole store is what a writer left.
+// A file with a decimal number in its name may be somebody's own; one that is no whole store is what a writer
+// left.
 bool holds_a_whole_store(const File& file) {
   const auto head = read_head(file);
   return head && choose_superblock(head->bytes, head->file_bytes);
 }
 
-// The lock is free when no writer lives. What becomes of the file meanwhile is its writer's affair, who looks at its name once he has the
-// lock.
+// The lock is free when no writer lives. What becomes of the file meanwhile is its writer's affair, who looks
+// at its name once he has the lock.
 bool remove_if_left_behind(const std::filesystem::path& path) {
   auto file = File::open(path, File::Mode::kRead);
   if (!file) return false;

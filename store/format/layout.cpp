@@ -104,8 +104,8 @@ std::uint32_t wanted_raw_bytes(const LayerInfo& layer, ReferenceKind kind, std::
 // ---- Superblocks ----
 //
 //   0 "VTSTORE1"    8 u32 version    12 u32 reserved    16 uuid    32 u64 generation    40 u64 file end    48 catalog reference
-//  64 u64 cold start's offset   72 u64 its bytes   80 ignorable   88 u64 catalog space   96 u64 spare catalog's offset   104 u64 its bytes
-// 112 ignorable   128 reserved   4088 u64 hash of bytes 0..4087
+// 64 u64 cold start's offset   72 u64 its bytes   80 ignorable   88 u64 catalog space   96 u64 spare
+// catalog's offset   104 u64 its bytes 112 ignorable   128 reserved   4088 u64 hash of bytes 0..4087
 
 std::array<std::byte, kSuperblockBytes> encode_superblock(const Superblock& superblock) {
   std::array<std::byte, kSuperblockBytes> block = {};
@@ -203,8 +203,8 @@ Checked<ChosenSuperblock> choose_superblock(std::span<const std::byte> head, std
     return fault(FaultNumber::kFileTruncated, ErrorCode::kCorrupt,
                  "the file has " + number(file_bytes) + " bytes, generation " + number(chosen.newest.generation) + " needs " +
                      number(chosen.newest.file_end) + "; it was truncated, or copied while incomplete");
-  // One of a pair holds the last commit, whatever became of the other. If it is not one of a pair, the other may have held a later commit,
-  // whose records would lie behind this one's.
+  // One of a pair holds the last commit, whatever became of the other. If it is not one of a pair, the other
+  // may have held a later commit, whose records would lie behind this one's.
   chosen.may_be_older = chosen.damage && !chosen.newest.is_paired() && file_bytes > chosen.newest.file_end;
   return chosen;
 }

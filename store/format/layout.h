@@ -1,6 +1,6 @@
-// The bytes of a store file, structure by structure, as schemas/tile-store.md specifies them: encoding, decoding, and every check that one
-// structure can be given by itself. Owns no file and no memory; the writer, the reader, the validator and the tests share it. Pure
-// functions, any thread.
+// The bytes of a store file, structure by structure, as schemas/tile-store.md specifies them: encoding,
+// decoding, and every check that one structure can be given by itself. Owns no file and no memory; the
+// writer, the reader, the validator and the tests share it. Pure functions, any thread.
 #pragma once
 
 #include <array>
@@ -52,7 +52,8 @@ inline constexpr std::size_t kMaxPageBytes = kPageEntriesAt + kPageSlots * kRefe
 
 // ---- Keys ----
 
-// Interleaves the bits of column (even) and row (odd): tiles near each other on the ground are near each other in the index.
+// Interleaves the bits of column (even) and row (odd): tiles near each other on the ground are near each
+// other in the index.
 [[nodiscard]] constexpr std::uint64_t morton_code(std::uint32_t x, std::uint32_t y) {
   const auto spread = [](std::uint64_t v) {
     v = (v | (v << 16)) & 0x0000FFFF0000FFFF;
@@ -82,8 +83,8 @@ inline constexpr std::size_t kMaxPageBytes = kPageEntriesAt + kPageSlots * kRefe
   return tile.level.value <= kMaxFinest && (tile.x >> tile.level.value) == 0 && (tile.y >> tile.level.value) == 0;
 }
 
-// A level's index is a radix tree over the Morton code; a page of height 0 is a leaf and holds tiles, one of height h holds pages of height
-// h - 1.
+// A level's index is a radix tree over the Morton code; a page of height 0 is a leaf and holds tiles, one of
+// height h holds pages of height h - 1.
 [[nodiscard]] constexpr int top_height(Level level) {
   return level.value <= kPageSteps ? 0 : (level.value + kPageSteps - 1) / kPageSteps - 1;
 }
@@ -93,7 +94,8 @@ inline constexpr std::size_t kMaxPageBytes = kPageEntriesAt + kPageSlots * kRefe
 [[nodiscard]] constexpr std::uint64_t page_first_morton(std::uint64_t morton, int height) {
   return (morton >> (kPageBits * (height + 1))) << (kPageBits * (height + 1));
 }
-// Slots that lie inside the level: the top page of a level that is no multiple of five uses only its first few.
+// Slots that lie inside the level: the top page of a level that is no multiple of five uses only its first
+// few.
 [[nodiscard]] constexpr int usable_slots(Level level, int height) {
   const int levels_below = level.value - kPageSteps * height;
   return levels_below >= kPageSteps ? kPageSlots : 1 << (2 * levels_below);
@@ -136,8 +138,8 @@ void put_reference(std::span<std::byte> bytes, std::size_t at, const Reference& 
           .kind = static_cast<ReferenceKind>((word >> 48) & 0xFF),
           .codec = static_cast<Codec>(word >> 56)};
 }
-// A present reference of the wanted kind: a known codec, on a record boundary, whole inside [kLogStart, file_end). nullptr when sound, else
-// what is wrong.
+// A present reference of the wanted kind: a known codec, on a record boundary, whole inside [kLogStart,
+// file_end). nullptr when sound, else what is wrong.
 [[nodiscard]] const char* reference_fault(const Reference& reference, ReferenceKind wanted, std::uint64_t file_end);
 
 // ---- Records ----
@@ -157,15 +159,16 @@ struct RecordHeader {
 // Fills in the hash, which covers the rest of the header and the payload.
 [[nodiscard]] std::array<std::byte, kRecordHeaderBytes> seal_record(RecordHeader& header, std::span<const std::byte> payload);
 
-// `record` is header and payload, exactly reference.stored_bytes + 32 long. Gives the payload; the sentence says what differs from the
-// reference.
+// `record` is header and payload, exactly reference.stored_bytes + 32 long. Gives the payload; the sentence
+// says what differs from the reference.
 [[nodiscard]] tl::expected<std::span<const std::byte>, const char*> check_record(std::span<const std::byte> record,
                                                                                  const Reference& reference, std::uint64_t key,
                                                                                  std::uint32_t raw_bytes);
-// The raw_bytes that a record gives for itself, as long as a tile can have so many; never 0. `record` is as for check_record.
+// The raw_bytes that a record gives for itself, as long as a tile can have so many; never 0. `record` is as
+// for check_record.
 [[nodiscard]] std::uint32_t stated_raw_bytes(std::span<const std::byte> record);
-// The raw_bytes that the record of a tile of `layer` must have: those of a block or of a tile. A blob's record, and any record of a layer
-// whose format is not known, may have what it gives for itself.
+// The raw_bytes that the record of a tile of `layer` must have: those of a block or of a tile. A blob's
+// record, and any record of a layer whose format is not known, may have what it gives for itself.
 [[nodiscard]] std::uint32_t wanted_raw_bytes(const LayerInfo& layer, ReferenceKind kind, std::span<const std::byte> record);
 
 // ---- Superblocks ----
@@ -183,16 +186,17 @@ struct Superblock {
   std::uint64_t generation = 0;
   std::uint64_t file_end = 0;
   Reference catalog;
-  // What a reader that begins with a store may read ahead in one go: the catalog, the upper index and the coarsest tiles, as `pack` lays
-  // them out. A hint and no more: nothing is wrong when there is none (both 0), or when later commits have moved some of it.
+  // What a reader that begins with a store may read ahead in one go: the catalog, the upper index and the
+  // coarsest tiles, as `pack` lays them out. A hint and no more: nothing is wrong when there is none (both
+  // 0), or when later commits have moved some of it.
   Extent cold_start;
-  // Space for catalogs: what lies behind the catalog's record for it to grow into, and where a later catalog may go, which is where an
-  // earlier one lay. Hints: a writer looks at what is there before it writes.
+  // Space for catalogs: what lies behind the catalog's record for it to grow into, and where a later catalog
+  // may go, which is where an earlier one lay. Hints: a writer looks at what is there before it writes.
   std::uint64_t catalog_space = 0;  // bytes from the catalog's offset on; 0: no more than its record
   Extent spare_catalog;
 
-  // Its writer keeps every commit in both superblocks, so that this one is enough when the other is damaged. Programs that know no later
-  // version than 3, which do not, refuse such a store.
+  // Its writer keeps every commit in both superblocks, so that this one is enough when the other is damaged.
+  // Programs that know no later version than 3, which do not, refuse such a store.
   [[nodiscard]] bool is_paired() const { return version >= kPairedVersion; }
 };
 
@@ -212,9 +216,9 @@ struct ChosenSuperblock {
   // A sentence for people; empty when both are whole.
   [[nodiscard]] std::string remark() const;
 };
-// The newest whole generation out of the file's first 8 KiB (fewer in a truncated file). Only a superblock whose hash is wrong is passed
-// over, as a crash leaves it; one that is whole but promises what the file does not hold is an error, never silently replaced by an older
-// generation.
+// The newest whole generation out of the file's first 8 KiB (fewer in a truncated file). Only a superblock
+// whose hash is wrong is passed over, as a crash leaves it; one that is whole but promises what the file does
+// not hold is an error, never silently replaced by an older generation.
 [[nodiscard]] Checked<ChosenSuperblock> choose_superblock(std::span<const std::byte> head, std::uint64_t file_bytes);
 
 // ---- Index pages ----
@@ -224,7 +228,8 @@ struct ChosenSuperblock {
 // Everything that can be said of a page by itself: sizes, ranks, kinds and extents of its entries.
 [[nodiscard]] Checked<void> check_page(std::span<const std::byte> payload, Level level, int height, std::uint64_t file_end);
 
-// Which of the present slots of a page this one is; check_page has passed the page. `payload` may end with the ranks.
+// Which of the present slots of a page this one is; check_page has passed the page. `payload` may end with
+// the ranks.
 [[nodiscard]] inline std::optional<std::size_t> page_entry_number(std::span<const std::byte> payload, int slot) {
   const std::size_t word_index = static_cast<std::size_t>(slot) / 64;
   const std::uint64_t word = get<std::uint64_t>(payload, kPageBitmapAt + 8 * word_index);

@@ -1,5 +1,5 @@
-// Small helpers that the writer, the reader and the validator share: how a tile is named in messages, how a constant becomes texels. Pure
-// functions.
+// Small helpers that the writer, the reader and the validator share: how a tile is named in messages, how a
+// constant becomes texels. Pure functions.
 #pragma once
 
 #include <algorithm>

@@ -16,7 +16,8 @@ Result<Extent> CatalogSpace::next(std::uint64_t record_bytes, const File& file) 
     if (!is_spare_known_) spare_ = {};
   }
   if (record_bytes <= spare_.bytes) return spare_;
-  // Half as much again, and few places are left behind on the way to a large catalog. The second catalog of a store follows an empty one.
+  // Half as much again, and few places are left behind on the way to a large catalog. The second catalog of a
+  // store follows an empty one.
   const bool is_growing = spare_.bytes > 0;
   return Extent{.bytes = is_growing ? aligned(record_bytes + record_bytes / 2) : record_bytes};
 }
@@ -26,7 +27,8 @@ void CatalogSpace::take(const Extent& place) {
   is_spare_known_ = std::exchange(is_current_known_, true);
 }
 
-// Whatever the superblock says, nothing but an old catalog and zeros is overwritten, and never the catalog that is in use.
+// Whatever the superblock says, nothing but an old catalog and zeros is overwritten, and never the catalog
+// that is in use.
 Result<bool> CatalogSpace::is_spare_free(const File& file) const {
   const bool is_apart = spare_.offset + spare_.bytes <= current_.offset || current_.offset + current_.bytes <= spare_.offset;
   if (!is_apart || spare_.offset % kRecordAlignment != 0 || spare_.bytes % kRecordAlignment != 0 || spare_.bytes < kRecordHeaderBytes ||

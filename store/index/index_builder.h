@@ -1,6 +1,7 @@
-// Builds the index of one layer's level from entries that come in the order of their Morton codes: every page is finished once and never
-// read back, so a level of any size takes a few pages of memory and leaves no garbage. What PageCache is for changes here and there, this
-// is for whole levels. Leaves placing and writing pages to its owner. Threads: one at a time.
+// Builds the index of one layer's level from entries that come in the order of their Morton codes: every page
+// is finished once and never read back, so a level of any size takes a few pages of memory and leaves no
+// garbage. What PageCache is for changes here and there, this is for whole levels. Leaves placing and writing
+// pages to its owner. Threads: one at a time.
 #pragma once
 
 #include <array>
@@ -18,7 +19,8 @@ namespace vt::store {
 
 class IndexBuilder {
  public:
-  // Where finished pages go. Pages of one height come in the order of their keys; a page comes after all pages below it.
+  // Where finished pages go. Pages of one height come in the order of their keys; a page comes after all
+  // pages below it.
   class Sink {
    public:
     // Gives the reference by which the page will be found. `payload` is valid during the call.

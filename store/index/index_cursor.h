@@ -1,6 +1,6 @@
-// Goes through the index of one layer's level from the first entry to the last, in Morton order. Every page is read with pread and checked,
-// a page a height is in memory at a time, and nothing is mapped: the resident set stays small whatever the index's size.
-// Threads: a cursor belongs to one.
+// Goes through the index of one layer's level from the first entry to the last, in Morton order. Every page
+// is read with pread and checked, a page a height is in memory at a time, and nothing is mapped: the resident
+// set stays small whatever the index's size. Threads: a cursor belongs to one.
 #pragma once
 
 #include <cstddef>
@@ -16,11 +16,12 @@ namespace vt::store {
 
 class IndexCursor {
  public:
-  // Entries of the pages of `height`: 0 for tiles and constants, more for the pages of `height` - 1. `layer` counts in snapshot.layers.
-  // `snapshot` outlives the cursor.
+  // Entries of the pages of `height`: 0 for tiles and constants, more for the pages of `height` - 1. `layer`
+  // counts in snapshot.layers. `snapshot` outlives the cursor.
   IndexCursor(const Snapshot& snapshot, std::size_t layer, Level level, int height = 0);
 
-  // Goes to the next entry, the first one at the first call. False: there is none. kCorrupt: a page on the way is damaged.
+  // Goes to the next entry, the first one at the first call. False: there is none. kCorrupt: a page on the
+  // way is damaged.
   [[nodiscard]] Result<bool> next();
   // The entry where the cursor is, and the Morton code of the first tile it can reach.
   [[nodiscard]] const Reference& entry() const { return entry_; }

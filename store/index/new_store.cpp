@@ -9,8 +9,9 @@
 namespace vt::store {
 namespace {
 
-// Small tiles go to the file many at a time, in pieces that begin and end at multiples of this: the system then keeps the file in large
-// pages of memory, where it can, and a look-up somewhere in a large index misses the processor's address cache less.
+// Small tiles go to the file many at a time, in pieces that begin and end at multiples of this: the system
+// then keeps the file in large pages of memory, where it can, and a look-up somewhere in a large index misses
+// the processor's address cache less.
 constexpr std::size_t kChunkBytes = std::size_t{4} << 20;
 
 }  // namespace

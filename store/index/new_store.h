@@ -1,6 +1,7 @@
-// A store file that is written once, from front to back: packing and bulk loading. It is written under another name beside its own and gets
-// its own when it is whole and durable, so nobody ever sees half of it; if it never comes to that, the file goes away again.
-// Leaves to its user which records there are and where references to them lie. Threads: one at a time.
+// A store file that is written once, from front to back: packing and bulk loading. It is written under
+// another name beside its own and gets its own when it is whole and durable, so nobody ever sees half of it;
+// if it never comes to that, the file goes away again. Leaves to its user which records there are and where
+// references to them lie. Threads: one at a time.
 #pragma once
 
 #include <cstddef>
@@ -20,7 +21,8 @@ namespace vt::store {
 
 class NewStore {
  public:
-  // Begins a file that will be called `path`: where nothing is, or in the place of `replaced`, which outlives it.
+  // Begins a file that will be called `path`: where nothing is, or in the place of `replaced`, which outlives
+  // it.
   [[nodiscard]] static Result<std::unique_ptr<NewStore>> begin(const std::filesystem::path& path, WriterOptions options = {},
                                                                const File* replaced = nullptr);
   NewStore(const NewStore&) = delete;
@@ -36,8 +38,8 @@ class NewStore {
   [[nodiscard]] Result<Reference> write_page(std::uint64_t offset, std::uint64_t key, std::span<const std::byte> payload);
   // Appends a record.
   [[nodiscard]] Result<Reference> append(RecordType type, std::uint64_t key, std::span<const std::byte> payload);
-  // Appends a record that is whole already: asks for the room with `next_record`, fills it, and says so with `keep_record`, which
-  // gives its offset. `bytes` are header and payload, the same in both calls.
+  // Appends a record that is whole already: asks for the room with `next_record`, fills it, and says so with
+  // `keep_record`, which gives its offset. `bytes` are header and payload, the same in both calls.
   [[nodiscard]] Result<std::span<std::byte>> next_record(std::uint64_t bytes);
   std::uint64_t keep_record(std::uint64_t bytes);
 
@@ -50,7 +52,8 @@ class NewStore {
     std::uint64_t catalog_at = 0;  // reserved, catalog_room() long
     Extent cold_start = {};
   };
-  // Writes catalog and superblocks, makes all of it durable, and gives the file its name. kExists when another file has it by now.
+  // Writes catalog and superblocks, makes all of it durable, and gives the file its name. kExists when
+  // another file has it by now.
   [[nodiscard]] Result<void> publish(const Catalog& catalog, const Seal& seal);
 
  private:

@@ -51,7 +51,8 @@ Result<Reference> PageCache::exchange(LayerId layer, TileId tile, const Referenc
 }
 
 Result<void> PageCache::flush() {
-  // Writing a page changes its parent, so heights go upward; within one height the key decides, so that the same tiles give the same log.
+  // Writing a page changes its parent, so heights go upward; within one height the key decides, so that the
+  // same tiles give the same log.
   for (int height = 0; height <= top_height(Level{kMaxFinest}); ++height) {
     std::vector<Page*> changed;
     for (Page* page : by_age_)

@@ -1,6 +1,7 @@
-// The writer's view of the index: the few pages it is working on, read from the log when first touched and appended to it again when
-// changed (copy-on-write). Memory is bounded; a page that must make room is written out early, which costs garbage and nothing else. Leaves
-// locking and file access to its owner. Threads: one at a time.
+// The writer's view of the index: the few pages it is working on, read from the log when first touched and
+// appended to it again when changed (copy-on-write). Memory is bounded; a page that must make room is written
+// out early, which costs garbage and nothing else. Leaves locking and file access to its owner. Threads: one
+// at a time.
 #pragma once
 
 #include <array>

@@ -1,7 +1,9 @@
-// A reader's memory of the index pages it has checked: where each lies and how dense it is, so that finding a tile again touches one word
-// of memory and one entry of the file instead of the headers of every page on the way. It holds inner pages as tables of their children
-// and leaves as one word; it is filled as pages are met, in step with the tree in the file. Nothing gets into it unchecked; checking is its
-// owner's. Threads: everything const from any number at once, without locks; a page that two check at the same time is remembered once.
+// A reader's memory of the index pages it has checked: where each lies and how dense it is, so that finding a
+// tile again touches one word of memory and one entry of the file instead of the headers of every page on the
+// way. It holds inner pages as tables of their children and leaves as one word; it is filled as pages are
+// met, in step with the tree in the file. Nothing gets into it unchecked; checking is its owner's. Threads:
+// everything const from any number at once, without locks; a page that two check at the same time is
+// remembered once.
 #pragma once
 
 #include <array>
@@ -22,8 +24,9 @@ namespace vt::store {
 class PageDirectory {
  public:
   PageDirectory() = default;
-  // `file` outlives the directory; layers are counted as in `layers`. The file may change under it (see mapping.h): what it says is then
-  // wrong, and it is up to its owner to find out, but it never reads outside the mapping.
+  // `file` outlives the directory; layers are counted as in `layers`. The file may change under it (see
+  // mapping.h): what it says is then wrong, and it is up to its owner to find out, but it never reads outside
+  // the mapping.
   PageDirectory(const Mapping& file, std::span<const LayerInfo> layers);
   PageDirectory(PageDirectory&& other) noexcept { swap(other); }
   PageDirectory& operator=(PageDirectory&& other) noexcept {
@@ -32,7 +35,8 @@ class PageDirectory {
   }
   ~PageDirectory();
 
-  // find_many() works through so many at a time: as many misses as a processor keeps in flight, and a few more.
+  // find_many() works through so many at a time: as many misses as a processor keeps in flight, and a few
+  // more.
   static constexpr std::size_t kBatch = 32;
 
   struct Query {
@@ -40,8 +44,8 @@ class PageDirectory {
     Level level;
     std::uint64_t morton = 0;
   };
-  // Where a tile's entry lies in the file: its kReferenceBytes in a page that was checked. Null when the tile is absent; not known when a
-  // page on the way has not been checked yet.
+  // Where a tile's entry lies in the file: its kReferenceBytes in a page that was checked. Null when the tile
+  // is absent; not known when a page on the way has not been checked yet.
   struct Place {
     const std::byte* entry = nullptr;
     bool is_known = false;
@@ -55,24 +59,24 @@ class PageDirectory {
     if (way.word == nullptr) return {.is_known = way.is_absent};
     return place_in_leaf(way.word->load(std::memory_order_acquire), query.morton);
   }
-  // The same for many at once, with all entries on their way to the processor's caches: while the memory answers one query, the others are
-  // asked. `places` is as long as `queries`.
+  // The same for many at once, with all entries on their way to the processor's caches: while the memory
+  // answers one query, the others are asked. `places` is as long as `queries`.
   void find_many(std::span<const Query> queries, std::span<Place> places) const;
 
   // Whether the page of `height` on the way to the tile is known.
   [[nodiscard]] bool knows(const Query& query, int height) const;
   // What such a page has in one of its slots.
   [[nodiscard]] Reference entry_of(const Reference& page, int slot) const;
-  // Takes up a page that was checked, if those above it are known and there is space (kMaxBytes). Without space it is checked again each
-  // time. `payload` is the very bytes that were checked.
+  // Takes up a page that was checked, if those above it are known and there is space (kMaxBytes). Without
+  // space it is checked again each time. `payload` is the very bytes that were checked.
   void remember(const Query& query, int height, const Reference& page, std::span<const std::byte> payload) const;
 
   // A dense index of 6 * 10^10 tiles; only an index of mostly empty inner pages comes near it.
   static constexpr std::size_t kMaxBytes = std::size_t{512} << 20;
 
  private:
-  // 0: not known. A leaf: its record's place / 64, times 2, plus 1 when all its slots are present. An inner page: the address of its Node,
-  // plus 1 in the same case.
+  // 0: not known. A leaf: its record's place / 64, times 2, plus 1 when all its slots are present. An inner
+  // page: the address of its Node, plus 1 in the same case.
   using Word = std::atomic<std::uint64_t>;
   static constexpr std::uint64_t kFull = 1;
 
@@ -101,13 +105,15 @@ class PageDirectory {
     [[nodiscard]] static Node* make(std::span<const std::byte> payload, std::size_t children);
     static void destroy(Node* node);
   };
-  // Where the word of a page is. Null: the way to it is not known, or the tile is absent because a page above has nothing there.
+  // Where the word of a page is. Null: the way to it is not known, or the tile is absent because a page above
+  // has nothing there.
   struct Way {
     Word* word = nullptr;
     bool is_absent = false;
   };
 
-  // Acquire, because a word leads to a node that another thread has filled. The pages themselves never change.
+  // Acquire, because a word leads to a node that another thread has filled. The pages themselves never
+  // change.
   [[nodiscard]] Way way_to(const Query& query, int height) const {
     Word* at = &tops_[first_top_[query.layer] + query.level.value];
     for (int above = top_height(query.level); above > height; --above) {
@@ -131,7 +137,8 @@ class PageDirectory {
     if (!number) return {.is_known = true};
     return {.entry = entry_at(payload, *number), .is_known = true};
   }
-  // The page was checked, but may be another by now: its entries then end in the mapping's slack at the latest.
+  // The page was checked, but may be another by now: its entries then end in the mapping's slack at the
+  // latest.
   [[nodiscard]] static const std::byte* entry_at(const std::byte* payload, std::size_t number) {
     static_assert(kRecordHeaderBytes + kMaxPageBytes <= Mapping::kSlack);
     return payload + kPageEntriesAt + kReferenceBytes * (number % kPageSlots);

@@ -1,5 +1,5 @@
-// Little-endian integers and floats in byte buffers: the only way in which numbers cross between memory and file. Pure functions, any
-// thread.
+// Little-endian integers and floats in byte buffers: the only way in which numbers cross between memory and
+// file. Pure functions, any thread.
 #pragma once
 
 #include <bit>

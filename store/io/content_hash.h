@@ -11,8 +11,8 @@
 
 namespace vt::store {
 
-// 128 bits, in the order of XXH128_canonicalFromHash. Enough that two different contents never meet by accident; not a defence against
-// somebody who looks for a collision.
+// 128 bits, in the order of XXH128_canonicalFromHash. Enough that two different contents never meet by
+// accident; not a defence against somebody who looks for a collision.
 struct ContentHash {
   std::array<std::byte, 16> bytes = {};
   auto operator<=>(const ContentHash&) const = default;

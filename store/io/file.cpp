@@ -30,7 +30,8 @@ tl::unexpected<Error> cannot_rename(const std::filesystem::path& from, const std
   return fail(ErrorCode::kIo, to.string() + ": cannot rename " + from.string() + " to it: " + reason(error_number));
 }
 
-// What is printed after the program's caller has closed a standard stream goes to whatever file has got its number. Never to a store.
+// What is printed after the program's caller has closed a standard stream goes to whatever file has got its
+// number. Never to a store.
 int above_standard_streams(int fd) {
   if (fd < 0 || fd > STDERR_FILENO) return fd;
   const int moved = ::fcntl(fd, F_DUPFD_CLOEXEC, STDERR_FILENO + 1);

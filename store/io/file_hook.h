@@ -1,4 +1,5 @@
-// What a file is about to do, for tests that stand between a writer and the disk (disk full, torn write logs).
+// What a file is about to do, for tests that stand between a writer and the disk (disk full, torn write
+// logs).
 #pragma once
 
 #include <cstddef>

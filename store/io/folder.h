@@ -12,8 +12,8 @@ namespace vt::store {
   return path.has_parent_path() ? path.parent_path() : std::filesystem::path(".");
 }
 
-// Makes a name durable that `path` was given or has lost. kIo when the folder cannot be synced, except on network file systems that make
-// renames durable themselves.
+// Makes a name durable that `path` was given or has lost. kIo when the folder cannot be synced, except on
+// network file systems that make renames durable themselves.
 [[nodiscard]] Result<void> sync_folder_of(const std::filesystem::path& path);
 
 }  // namespace vt::store

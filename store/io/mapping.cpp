@@ -24,8 +24,8 @@ struct MappingWatch {
 
 namespace {
 
-// A signal handler can be told nothing but by what is global. The list only grows, and what is in it is used again, so that the handler may
-// walk it whatever the other threads do.
+// A signal handler can be told nothing but by what is global. The list only grows, and what is in it is used
+// again, so that the handler may walk it whatever the other threads do.
 std::atomic<MappingWatch*> g_watches = nullptr;
 struct sigaction g_other_handler = {};
 
@@ -44,7 +44,8 @@ std::size_t whole_pages(std::size_t bytes) {
   return (bytes + page - 1) / page * page;
 }
 
-// Puts zeros in the place of the mapping that `address` lies in. False when it lies in none. Only calls that a signal handler may make.
+// Puts zeros in the place of the mapping that `address` lies in. False when it lies in none. Only calls that
+// a signal handler may make.
 bool put_zeros(std::uintptr_t address) {
   for (MappingWatch* watch = g_watches.load(std::memory_order_acquire); watch != nullptr; watch = watch->next) {
     const std::size_t bytes = watch->bytes.load(std::memory_order_acquire);

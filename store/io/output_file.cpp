@@ -30,8 +30,8 @@ std::string failure_text(int error_number) {
   return text;
 }
 
-// In a folder like /tmp anybody may have put a link to somewhere else: there a user's own links count, and those of the folder's owner.
-// (The rule of Linux's fs.protected_symlinks, wherever that is switched off.)
+// In a folder like /tmp anybody may have put a link to somewhere else: there a user's own links count, and
+// those of the folder's owner. (The rule of Linux's fs.protected_symlinks, wherever that is switched off.)
 bool is_planted(const struct stat& link, const std::filesystem::path& folder) {
   struct stat around = {};
   if (::stat(folder.c_str(), &around) != 0) return true;
@@ -39,7 +39,8 @@ bool is_planted(const struct stat& link, const std::filesystem::path& folder) {
   return is_shared && link.st_uid != ::geteuid() && link.st_uid != around.st_uid;
 }
 
-// One link of a chain, looked at and read while it is held, so that nobody can exchange it in between. "" in `next`: the path is no link.
+// One link of a chain, looked at and read while it is held, so that nobody can exchange it in between. "" in
+// `next`: the path is no link.
 int read_link(const std::filesystem::path& path, std::filesystem::path& next) {
   next.clear();
   const int fd = ::open(path.c_str(), O_PATH | O_NOFOLLOW | O_CLOEXEC);
@@ -141,7 +142,8 @@ Result<void> OutputFile::open_beside(const Options& options) {
   struct stat ours = {};
   if (::fstat(fd_, &ours) != 0) return refuse("create", errno);
   const bool has_owner = (ours.st_uid == there.st_uid && ours.st_gid == there.st_gid) || ::fchown(fd_, there.st_uid, there.st_gid) == 0;
-  // The owner of a file can give it to any of their groups. Where even that is not possible, the group gets no more than all others have.
+  // The owner of a file can give it to any of their groups. Where even that is not possible, the group gets
+  // no more than all others have.
   const bool has_group = has_owner || ours.st_gid == there.st_gid || ::fchown(fd_, static_cast<uid_t>(-1), there.st_gid) == 0;
   if (!has_group) kept = (kept & ~mode_t{0070}) | ((kept & 0007) << 3 & kept);
   if (::fchmod(fd_, kept) != 0) return refuse("create", errno);

@@ -1,15 +1,18 @@
-// One file that a program writes for its user: a picture, a GeoTIFF, a table. It gets its name when it is whole, durable and closed, in one
-// step; until then the name stays what it was, and whatever goes wrong the unfinished file is gone.
+// One file that a program writes for its user: a picture, a GeoTIFF, a table. It gets its name when it is
+// whole, durable and closed, in one step; until then the name stays what it was, and whatever goes wrong the
+// unfinished file is gone.
 //
-// The unfinished file lies in the target's folder and has no name at all (O_TMPFILE), so that not even a killed program leaves one; where
-// the file system has no such files, it has a random name that nothing else had (O_EXCL). It has the owner and the mode of the file that it
-// will replace before its first byte, or those that the umask gives to a new one. A target that is a symbolic link is followed: what it
-// points to is replaced and the link stays. Two writers of one target write two files; the later one to finish is the one that is seen.
+// The unfinished file lies in the target's folder and has no name at all (O_TMPFILE), so that not even a
+// killed program leaves one; where the file system has no such files, it has a random name that nothing else
+// had (O_EXCL). It has the owner and the mode of the file that it will replace before its first byte, or
+// those that the umask gives to a new one. A target that is a symbolic link is followed: what it points to is
+// replaced and the link stays. Two writers of one target write two files; the later one to finish is the one
+// that is seen.
 //
 // A device or a pipe cannot be replaced; it is written to as the bytes come, and only from front to back.
 //
-// The first failure of a write is kept and comes back from every call after it, finish() included: a library that writes through this and
-// passes over its errors cannot turn half a file into a result. One thread.
+// The first failure of a write is kept and comes back from every call after it, finish() included: a library
+// that writes through this and passes over its errors cannot turn half a file into a result. One thread.
 #pragma once
 
 #include <cstddef>
@@ -47,8 +50,8 @@ class OutputFile {
   // One byte past the last.
   [[nodiscard]] std::uint64_t size() const { return end_; }
 
-  // Gives the file its name. kIo: it is not whole, and the target is what it was before; "cannot close" is the exception, after which the
-  // target may be either.
+  // Gives the file its name. kIo: it is not whole, and the target is what it was before; "cannot close" is
+  // the exception, after which the target may be either.
   [[nodiscard]] Result<void> finish();
 
   // The name as the user gave it, for messages.

@@ -1,4 +1,5 @@
-// Names that nobody guesses and nothing else has: what stores carry for life, and what files are called for a while.
+// Names that nobody guesses and nothing else has: what stores carry for life, and what files are called for a
+// while.
 #pragma once
 
 #include <array>

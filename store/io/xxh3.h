@@ -1,5 +1,6 @@
-// xxHash as this library uses it: the library's own choice of vector unit at run time where it has one (x86-64), which doubles the rate of
-// checksums over the baseline. The hashes are the same everywhere. Private to the files that hash.
+// xxHash as this library uses it: the library's own choice of vector unit at run time where it has one
+// (x86-64), which doubles the rate of checksums over the baseline. The hashes are the same everywhere.
+// Private to the files that hash.
 #pragma once
 
 #define XXH_STATIC_LINKING_ONLY

@@ -1,5 +1,6 @@
-// Decodes BC1 (DXT1) blocks exactly: end points by bit replication, thirds rounded to nearest, as the reference in the Khronos data format
-// specification section 18.1. The store and the runtime need only this direction; encoding is builder/encode's. Pure functions, any thread.
+// Decodes BC1 (DXT1) blocks exactly: end points by bit replication, thirds rounded to nearest, as the
+// reference in the Khronos data format specification section 18.1. The store and the runtime need only this
+// direction; encoding is builder/encode's. Pure functions, any thread.
 #pragma once
 
 #include <array>
@@ -11,7 +12,8 @@ namespace vt::store {
 
 // 16 texels, row by row, RGBA.
 using Bc1Texels = std::array<std::array<std::uint8_t, 4>, 16>;
-// The order of the two colours chooses the mode: color0 > color1 is four opaque colours, otherwise three and transparent black.
+// The order of the two colours chooses the mode: color0 > color1 is four opaque colours, otherwise three and
+// transparent black.
 [[nodiscard]] Bc1Texels decode_bc1_block(std::span<const std::byte, 8> block);
 // The colour half of a BC3 block: the same bits, but four opaque colours whatever the order.
 [[nodiscard]] Bc1Texels decode_four_color_block(std::span<const std::byte, 8> block);

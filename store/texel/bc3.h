@@ -1,5 +1,6 @@
-// Decodes BC3 (DXT5) blocks exactly: a BC4 block of alpha, then a block of colours that is always in the four-colour mode. The store and
-// the runtime need only this direction; encoding is builder/encode's. Pure functions, any thread.
+// Decodes BC3 (DXT5) blocks exactly: a BC4 block of alpha, then a block of colours that is always in the
+// four-colour mode. The store and the runtime need only this direction; encoding is builder/encode's. Pure
+// functions, any thread.
 #pragma once
 
 #include <array>

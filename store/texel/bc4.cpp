@@ -12,7 +12,8 @@ struct Fraction {
 };
 using Palette = std::array<Fraction, 8>;
 
-// The order of the end points chooses the mode: eight values from r0 to r1, or six with 0 and 255 beside them.
+// The order of the end points chooses the mode: eight values from r0 to r1, or six with 0 and 255 beside
+// them.
 Palette palette_of(std::uint32_t r0, std::uint32_t r1) {
   Palette palette{Fraction{r0}, Fraction{r1}};
   if (r0 > r1) {
@@ -38,7 +39,8 @@ std::array<Value, 16> decode(std::span<const std::byte, 8> block, const FromFrac
   return texels;
 }
 
-// `decode_block` takes the 8 bytes of one channel of one block; channel c of the image is block c of each group of `channels`.
+// `decode_block` takes the 8 bytes of one channel of one block; channel c of the image is block c of each
+// group of `channels`.
 template <std::size_t channels, class Value, class DecodeBlock>
 void decode_image(std::span<const std::byte> blocks, std::size_t width, std::size_t height, std::span<Value> texels,
                   const DecodeBlock& decode_block) {

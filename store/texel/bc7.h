@@ -1,5 +1,6 @@
-// Decodes BC7 (BPTC unorm) blocks exactly, all eight modes, as the Khronos data format specification 1.3, section 20.1, defines them. The
-// store and the runtime need only this direction; encoding is builder/encode's. Pure functions, any thread.
+// Decodes BC7 (BPTC unorm) blocks exactly, all eight modes, as the Khronos data format specification 1.3,
+// section 20.1, defines them. The store and the runtime need only this direction; encoding is
+// builder/encode's. Pure functions, any thread.
 #pragma once
 
 #include <array>
@@ -9,7 +10,8 @@
 
 namespace vt::store {
 
-// What a mode's blocks hold. Bits of colour and alpha are per channel and end point, without the shared lowest bit ("p-bit").
+// What a mode's blocks hold. Bits of colour and alpha are per channel and end point, without the shared
+// lowest bit ("p-bit").
 struct Bc7Mode {
   std::uint8_t subsets;
   std::uint8_t partition_bits;

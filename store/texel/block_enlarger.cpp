@@ -42,7 +42,8 @@ void enlarge_pieces(std::span<const std::byte> coarse, std::int64_t x, std::int6
 
 // ---- bc6h and bc7 have subsets of texels, whose shapes cannot be enlarged ----
 
-// From 4 times on a fine block lies inside one coarse texel and is that texel. Enlarged twice it covers 2 x 2 texels, and is their mean.
+// From 4 times on a fine block lies inside one coarse texel and is that texel. Enlarged twice it covers 2 x 2
+// texels, and is their mean.
 template <class Texels, class Mean>
 auto texel_under(const Texels& coarse, std::int64_t x, std::int64_t y, int steps, const Mean& mean) {
   const auto at = [&](std::int64_t column, std::int64_t row) { return coarse[static_cast<std::size_t>(row * 4 + column)]; };

@@ -1,4 +1,5 @@
-// The 128 bits of a BPTC block (BC6H or BC7), read and written in order from bit 0 of byte 0. Both formats are sequences of such fields.
+// The 128 bits of a BPTC block (BC6H or BC7), read and written in order from bit 0 of byte 0. Both formats
+// are sequences of such fields.
 #pragma once
 
 #include <cassert>

@@ -1,5 +1,5 @@
-// IEEE 754 binary16 ("half") to and from binary32, by arithmetic on bits: the same on every CPU, at compile time as well. Pure functions,
-// any thread.
+// IEEE 754 binary16 ("half") to and from binary32, by arithmetic on bits: the same on every CPU, at compile
+// time as well. Pure functions, any thread.
 #pragma once
 
 #include <bit>
@@ -24,8 +24,9 @@ inline constexpr std::uint16_t kHalfNoData = 0x7E00;  // quiet NaN
   return sign != 0 ? -magnitude : magnitude;
 }
 
-// To nearest, ties to even. From 65520 on, half way between the largest half and what would follow it, the result is infinite; up to
-// 2^-25, half the smallest one, it is zero. A NaN keeps its sign and the upper bits of its payload, and becomes quiet.
+// To nearest, ties to even. From 65520 on, half way between the largest half and what would follow it, the
+// result is infinite; up to 2^-25, half the smallest one, it is zero. A NaN keeps its sign and the upper bits
+// of its payload, and becomes quiet.
 [[nodiscard]] constexpr std::uint16_t half_from_float(float value) {
   const auto bits = std::bit_cast<std::uint32_t>(value);
   const std::uint32_t sign = bits >> 16U & 0x8000U;
@@ -33,8 +34,9 @@ inline constexpr std::uint16_t kHalfNoData = 0x7E00;  // quiet NaN
   if (magnitude > 0x7F800000U) return static_cast<std::uint16_t>(sign | 0x7E00U | (magnitude >> 13U & 0x3FFU));
   if (magnitude >= 0x47800000U) return static_cast<std::uint16_t>(sign | 0x7C00U);  // 65536 and more
 
-  // How far the mantissa (with its leading one) must move right, and the exponent in the half's terms; the two meet in subnormals, which
-  // share the smallest exponent and have no leading one. A mantissa that is rounded up to the next power of two carries into the exponent.
+  // How far the mantissa (with its leading one) must move right, and the exponent in the half's terms; the
+  // two meet in subnormals, which share the smallest exponent and have no leading one. A mantissa that is
+  // rounded up to the next power of two carries into the exponent.
   const std::uint32_t exponent = magnitude >> 23U;
   if (exponent < 127 - 25) return static_cast<std::uint16_t>(sign);  // below 2^-25
   const bool is_normal = exponent > 127 - 15;

@@ -10,8 +10,8 @@
 namespace vt::store {
 namespace {
 
-// BC7's mode 5: one subset, end points of 7 bits a colour channel, expanded by repeating the leading one, and of 8 bits for alpha; no
-// rotation; two bits of index for the colour, two for alpha.
+// BC7's mode 5: one subset, end points of 7 bits a colour channel, expanded by repeating the leading one, and
+// of 8 bits for alpha; no rotation; two bits of index for the colour, two for alpha.
 constexpr unsigned kMode5 = 5;
 constexpr std::uint32_t kIndex = 1;
 
@@ -20,8 +20,8 @@ struct EndPoints {
   std::uint8_t second = 0;
 };
 
-// For every value a pair of 7-bit end points between which index 1 gives it. Even values below 128 and odd ones above have an end point
-// of their own; two neighbours give those between.
+// For every value a pair of 7-bit end points between which index 1 gives it. Even values below 128 and odd
+// ones above have an end point of their own; two neighbours give those between.
 constexpr std::array<EndPoints, 256> kEndPoints = [] {
   std::array<EndPoints, 256> table = {};
   const auto expanded = [](std::uint32_t code) { return code << 1U | code >> 6U; };
@@ -61,8 +61,9 @@ std::array<std::byte, 16> solid_bc7_block(const std::array<std::uint8_t, 4>& rgb
   return block;
 }
 
-// The mode of one subset whose first end point has all 16 bits; the second is the same, 0 away from it. The decoder takes code * 31 / 64,
-// rounded down: the least code that comes to the half is half * 64 / 31, rounded up.
+// The mode of one subset whose first end point has all 16 bits; the second is the same, 0 away from it. The
+// decoder takes code * 31 / 64, rounded down: the least code that comes to the half is half * 64 / 31,
+// rounded up.
 std::array<std::byte, 16> solid_bc6h_block(const std::array<std::uint16_t, 3>& rgb) {
   constexpr std::size_t kMode = [] {
     for (std::size_t mode = 0; mode < kBc6hModes.size(); ++mode)

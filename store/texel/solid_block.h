@@ -1,5 +1,6 @@
-// Blocks of one colour in the two formats whose blocks cannot be enlarged by their indices: what block_enlarger.h puts in their place. Exact: the
-// decoders give back the colour. Everything else about encoding is builder/encode's. Pure functions, any thread.
+// Blocks of one colour in the two formats whose blocks cannot be enlarged by their indices: what
+// block_enlarger.h puts in their place. Exact: the decoders give back the colour. Everything else about
+// encoding is builder/encode's. Pure functions, any thread.
 #pragma once
 
 #include <array>

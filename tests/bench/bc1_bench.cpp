@@ -1,4 +1,5 @@
-// Mpx/s and PSNR of the BC1 encoder at each quality beside stb_dxt in its high-quality mode and libsquish's cluster fit, one thread.
+// Mpx/s and PSNR of the BC1 encoder at each quality beside stb_dxt in its high-quality mode and libsquish's
+// cluster fit, one thread.
 #include <benchmark/benchmark.h>
 
 #include <string>

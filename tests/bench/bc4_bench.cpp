@@ -1,5 +1,5 @@
-// Mpx/s and mean squared error (in codes) of the BC4 and BC5 encoder at each quality, beside stb_dxt and libsquish, one thread. A pixel of
-// BC5 is two samples.
+// Mpx/s and mean squared error (in codes) of the BC4 and BC5 encoder at each quality, beside stb_dxt and
+// libsquish, one thread. A pixel of BC5 is two samples.
 #include <benchmark/benchmark.h>
 
 #include <functional>

@@ -1,6 +1,6 @@
-// MB/s (of raw bytes, one thread) and size ratio of the store's compression beside plain zstd of the same level, on tiles of real rasters:
-// files named on the command line (three bands of bytes, or one of 32-bit floats, which are also tried in 16 bits), or those of the test
-// data.
+// MB/s (of raw bytes, one thread) and size ratio of the store's compression beside plain zstd of the same
+// level, on tiles of real rasters: files named on the command line (three bands of bytes, or one of 32-bit
+// floats, which are also tried in 16 bits), or those of the test data.
 //   codec_bench big.tif --benchmark_filter=zstd:1/
 #include <benchmark/benchmark.h>
 

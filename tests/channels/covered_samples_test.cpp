@@ -1,4 +1,5 @@
-// Coverage beside the values of channels that do not weigh with it themselves: the planes of the values, multiplied by it.
+// Coverage beside the values of channels that do not weigh with it themselves: the planes of the values,
+// multiplied by it.
 
 #include <gtest/gtest.h>
 

@@ -45,7 +45,8 @@ struct Decoded {
   bool opaque = false;
 };
 
-// All texels of the row averaged into one, as overviews do; in double, so that only the codec's own rounding is seen.
+// All texels of the row averaged into one, as overviews do; in double, so that only the codec's own rounding
+// is seen.
 Decoded mean_of(const ChannelCodec& codec, Decoded& all, int bands) {
   Decoded mean(codec, std::vector<float>(static_cast<std::size_t>(bands), 0.0F), bands);
   for (std::size_t p = 0; p < static_cast<std::size_t>(codec.planes()); ++p) {
@@ -137,7 +138,8 @@ TEST(HorizonCodec, ACoarseTexelHasTheMeanAndDeviationOfTheAnglesUnderIt) {
 }
 
 TEST(HorizonCodec, GivenDeviationsAddToTheSpreadOfTheMeans) {
-  // Two halves: means 0.1 and 0.3, deviations 0.02 and 0.06. Variance: mean of 0.0004 and 0.0036, and 0.1^2 between the halves.
+  // Two halves: means 0.1 and 0.3, deviations 0.02 and 0.06. Variance: mean of 0.0004 and 0.0036, and 0.1^2
+  // between the halves.
   const auto codec = codec_for(TexelFormat::kRgba16, floats(4), {{"deviations", "given"}});
   Decoded all(*codec, std::vector<float>{0.1F, 0.02F, 0.5F, 0, 0.3F, 0.06F, 0.5F, 0}, 4);
   Decoded mean = mean_of(*codec, all, 4);

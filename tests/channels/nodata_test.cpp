@@ -18,8 +18,9 @@ struct Row {
   std::vector<double> are_data;
 };
 
-// Every row is what GDAL 3.6.2's mask band says of a file with these samples and this text, but for two: GDAL takes any float beyond about
-// 1e32 for -3.4e38 (its sum of the two overflows), and of samples of 64 bits it wants seven digits of the largest float.
+// Every row is what GDAL 3.6.2's mask band says of a file with these samples and this text, but for two: GDAL
+// takes any float beyond about 1e32 for -3.4e38 (its sum of the two overflows), and of samples of 64 bits it
+// wants seven digits of the largest float.
 TEST(Nodata, SamplesThatEqualADeclaredValueAreGdals) {
   constexpr double kLowestFloat = std::numeric_limits<float>::lowest();
   constexpr double kLowestDouble = std::numeric_limits<double>::lowest();

@@ -47,7 +47,8 @@ struct Decoded {
   bool opaque = false;
 };
 
-// Texels of a part as readers see them: numbers by the part's ranges. `Code` is a sample of the part's texel_format.
+// Texels of a part as readers see them: numbers by the part's ranges. `Code` is a sample of the part's
+// texel_format.
 template <class Code>
 std::vector<double> values_of(const ChannelCodec& codec, std::size_t part, Decoded& row) {
   const Part& p = codec.parts()[part];
@@ -157,7 +158,8 @@ TEST(NormalCodec, WhatHasNoDirectionIsNoData) {
   }
   EXPECT_LT(degrees_between(row.vector(6), {1, 1, 0}), 1e-5) << "squares of 1e30 are not floats";
   EXPECT_EQ(row.vector(7), (Vec3{0, 0, 1}));
-  // What is stored: lengths of 0 by code, the eastern neighbour's direction where there is one, and up where there is none.
+  // What is stored: lengths of 0 by code, the eastern neighbour's direction where there is one, and up where
+  // there is none.
   std::vector<std::uint8_t> lengths(8);
   EXPECT_TRUE(codec->encode_row(1, row.rows.middle(false), 8, reinterpret_cast<std::byte*>(lengths.data())).has_value());
   EXPECT_EQ(lengths, (std::vector<std::uint8_t>{0, 0, 0, 0, 0, 0, 255, 255}));
@@ -305,8 +307,9 @@ std::vector<SlopeStatistics> slope_statistics(const ChannelCodec& codec, Decoded
   return result;
 }
 
-// Slopes with a small scatter about a steep mean, halved to one texel as a cascade does it, a plane and its remainder at a time. Stored
-// moments are floats: 2^-24 of a mean square and up to two of its steps, which is all that the variance is off.
+// Slopes with a small scatter about a steep mean, halved to one texel as a cascade does it, a plane and its
+// remainder at a time. Stored moments are floats: 2^-24 of a mean square and up to two of its steps, which is
+// all that the variance is off.
 TEST(NormalCodec, MomentsGiveTheSlopesCovarianceOnAnySlope) {
   std::mt19937 random(9);
   constexpr std::int64_t kCount = 1024;
@@ -357,8 +360,8 @@ TEST(NormalCodec, MomentsGiveTheSlopesCovarianceOnAnySlope) {
   }
 }
 
-// One normal has no scatter: what is left is the rounding, upward, and never a matrix with a negative eigenvalue. Nor do blends have one,
-// which are what a texture unit makes of stored moments.
+// One normal has no scatter: what is left is the rounding, upward, and never a matrix with a negative
+// eigenvalue. Nor do blends have one, which are what a texture unit makes of stored moments.
 TEST(NormalCodec, CovarianceMatricesArePositiveAtTheFinestLevelToo) {
   std::mt19937 random(2);
   std::normal_distribution<float> slope(0.0F, 3.0F);
@@ -380,8 +383,8 @@ TEST(NormalCodec, CovarianceMatricesArePositiveAtTheFinestLevelToo) {
   }
 }
 
-// On a height field the mean slope over a block is the difference of the heights at the block's edges: moments and overviews of elevation
-// agree, where the mean normal does not.
+// On a height field the mean slope over a block is the difference of the heights at the block's edges:
+// moments and overviews of elevation agree, where the mean normal does not.
 TEST(NormalCodec, MeanSlopesAreThoseOfTheFilteredHeights) {
   constexpr int kWidth = 64;
   const auto height = [](double x) { return 3.0 * std::sin(0.37 * x) + 0.02 * x * x; };

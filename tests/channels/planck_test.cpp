@@ -10,8 +10,9 @@
 namespace vt::channels {
 namespace {
 
-// The integral of Planck's law from 0 to a wavelength in closed form, a series in exp(-x) (Widger and Woodall, Bulletin of the American
-// Meteorological Society 57, 1976): 2 k^4 T^4 / (h^3 c^2) * sum over n of exp(-n x) (x^3/n + 3 x^2/n^2 + 6 x/n^3 + 6/n^4).
+// The integral of Planck's law from 0 to a wavelength in closed form, a series in exp(-x) (Widger and
+// Woodall, Bulletin of the American Meteorological Society 57, 1976): 2 k^4 T^4 / (h^3 c^2) * sum over n of
+// exp(-n x) (x^3/n + 3 x^2/n^2 + 6 x/n^3 + 6/n^4).
 long double radiance_below(long double wavelength_um, long double kelvin) {
   const long double h = 6.62607015e-34L, c = 299792458.0L, k = 1.380649e-23L;
   const long double x = h * c / (k * kelvin * wavelength_um * 1e-6L);
@@ -49,8 +50,9 @@ TEST(Planck, AllWavelengthsTogetherFollowStefanAndBoltzmann) {
   const BandRadiance all(top_hat(0.2, 1000.0));
   for (const double kelvin : {180.0, 300.0, 800.0, 1500.0}) {
     const double total = 5.670374419e-8 * std::pow(kelvin, 4) / std::acos(-1.0);
-    // Beyond 1 mm: the law of Rayleigh and Jeans with the first terms of x / (exp(x) - 1) = 1 - x/2 + x^2/12, x = 14388 um K / (lambda T);
-    // what is left out is x^4 / 720 of it. Below 0.2 um is nothing at these temperatures.
+    // Beyond 1 mm: the law of Rayleigh and Jeans with the first terms of x / (exp(x) - 1) = 1 - x/2 + x^2/12,
+    // x = 14388 um K / (lambda T); what is left out is x^4 / 720 of it. Below 0.2 um is nothing at these
+    // temperatures.
     const double x = 14387.768775 / (1000.0 * kelvin);
     const double beyond = 2.0 * 299792458.0 * 1.380649e-23 * kelvin * 1e9 * (1.0 / 3.0 - x / 8.0 + x * x / 60.0);
     EXPECT_NEAR((all.integrate(kelvin) + beyond) / total, 1.0, 2e-9) << kelvin << " K";
@@ -105,7 +107,8 @@ TEST(Planck, WhatIsNoTemperatureAndWhatIsNoRadianceIsNaN) {
   EXPECT_GT(band.temperature(std::numeric_limits<double>::denorm_min()), 0.0);
 }
 
-// The mean of radiances is not the radiance of the mean temperature: mixtures whose error is known to the digits given.
+// The mean of radiances is not the radiance of the mean temperature: mixtures whose error is known to the
+// digits given.
 TEST(Planck, MixturesAreWarmerThanTheirMeanTemperature) {
   struct Row {
     double share, first, second;

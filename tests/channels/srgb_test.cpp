@@ -61,7 +61,8 @@ TEST_P(CodeTables, OfTwoCodesJustAsNearEvenColumnsTakeTheUpperAndOddOnesTheLower
     // As means of two and of four texels come out of a filter.
     for (const float middle : {0.5F * (lower + upper), 0.5F * (0.5F * (lower + upper) + 0.5F * (upper + lower))})
       for (const std::int64_t column : {0, 1, 6, 7}) EXPECT_EQ(table.code(middle, column), column % 2 == 0 ? code + 1 : code);
-    // Two floats on either side count as half way, because means of four are rounded three times; a few more do not.
+    // Two floats on either side count as half way, because means of four are rounded three times; a few more
+    // do not.
     const auto beside = [&](int floats) { return std::bit_cast<float>(std::bit_cast<std::int32_t>(0.5F * (lower + upper)) + floats); };
     for (const int floats : {-2, -1, 1}) {
       EXPECT_EQ(table.code(beside(floats), 0), code + 1);
@@ -74,9 +75,9 @@ TEST_P(CodeTables, OfTwoCodesJustAsNearEvenColumnsTakeTheUpperAndOddOnesTheLower
   }
 }
 
-// What rounding the means of four random codes does to the mean of all light, where codes are proportional to light (below 11) and over all
-// of them: rounding on the code axis, or all ties up, brightens by percents in the dark. A step there is up to the light itself, of which
-// 2^20 roundings leave 0.03 % by chance.
+// What rounding the means of four random codes does to the mean of all light, where codes are proportional to
+// light (below 11) and over all of them: rounding on the code axis, or all ties up, brightens by percents in
+// the dark. A step there is up to the light itself, of which 2^20 roundings leave 0.03 % by chance.
 TEST(Srgb, RoundedMeansKeepTheMeanLight) {
   const CodeTable& table = code_table(Transfer::kSrgb);
   std::mt19937 random(3);

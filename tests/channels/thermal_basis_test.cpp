@@ -55,7 +55,8 @@ TEST(ThermalBasis, ACompleteBasisReproducesTheLibrary) {
   EXPECT_LT(error.largest, 1e-8);
 }
 
-// 64 diurnal materials, hot ones among them; the bounds are those that principal components of radiance reached before on such a set.
+// 64 diurnal materials, hot ones among them; the bounds are those that principal components of radiance
+// reached before on such a set.
 TEST(ThermalBasis, FewComponentsDescribeADay) {
   const ThermalLibrary all = library();
   ASSERT_EQ(all.classes.size(), 64U);
@@ -219,7 +220,8 @@ TEST(ThermalCodec, FilteringWhatIsStoredIsStoringWhatWasFiltered) {
         for (std::size_t texel = 0; texel < 16; ++texel) {
           double mean = 0.0;
           for (std::size_t i = 0; i < 16; ++i) mean += value_of(fine, part, texel * 16 + i, c) / 16;
-          // Half a step on either side: coefficients go from -1 to 1 at most, in 65534 steps or with 11 or 24 bits.
+          // Half a step on either side: coefficients go from -1 to 1 at most, in 65534 steps or with 11 or 24
+          // bits.
           const double step = format == TexelFormat::kRgba16Float   ? std::ldexp(1.0, -11)
                               : format == TexelFormat::kRgba32Float ? std::ldexp(1.0, -22)
                                                                     : 2.0 / 65534;
@@ -265,8 +267,8 @@ TEST(ThermalCodec, QuantisationCostsLittleOfAKelvin) {
   EXPECT_NEAR(errors[0].stored_total / errors[0].reference_total, 1.0, 1e-4);
 }
 
-// Temperatures of what is stored and of what should be, hour by hour, by the band's own function: also where the error is so large that no
-// slope stands for it, and for classes far from the library's mean.
+// Temperatures of what is stored and of what should be, hour by hour, by the band's own function: also where
+// the error is so large that no slope stands for it, and for classes far from the library's mean.
 TEST(ThermalCodec, ReportedKelvinsAreDifferencesOfTemperatures) {
   std::vector<std::uint8_t> codes(64);
   for (std::size_t i = 0; i < 64; ++i) codes[i] = static_cast<std::uint8_t>(i + 1);

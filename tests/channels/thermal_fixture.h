@@ -1,5 +1,6 @@
-// A library of 64 materials over one day, as a file would give it: means from 278 to 302 K, swings from 1 to 24 K with a sharper noon, the
-// warmest hour between 12 and 16; four of them burn at 330 to 420 K all day. Class ids are 1 to 64.
+// A library of 64 materials over one day, as a file would give it: means from 278 to 302 K, swings from 1 to
+// 24 K with a sharper noon, the warmest hour between 12 and 16; four of them burn at 330 to 420 K all day.
+// Class ids are 1 to 64.
 #pragma once
 
 #include <cmath>

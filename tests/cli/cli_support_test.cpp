@@ -221,8 +221,8 @@ TEST_F(ProgressTest, SaysRateAndTimeLeft) {
   EXPECT_THAT(out_.str(), AllOf(HasSubstr(" 20 %"), HasSubstr("200/1000 tiles"), HasSubstr("100/s"), HasSubstr("0:08 left")));
 }
 
-// Work whose speed goes up and down by half at random from second to second. What is left when that no longer averages out, the last minute
-// and a half, is not looked at.
+// Work whose speed goes up and down by half at random from second to second. What is left when that no longer
+// averages out, the last minute and a half, is not looked at.
 TEST_F(ProgressTest, TimeLeftIsWithinTenPercentAfterTheFirstTenth) {
   for (const unsigned seed : {1U, 2U, 3U}) {
     std::mt19937 random(seed);

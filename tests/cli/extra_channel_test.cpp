@@ -1,5 +1,5 @@
-// A channel from outside the builder, see tests/support/aspect_channel.cpp, in vtbuild and vtinspect that were linked with it; and what the
-// programs that do not know it make of its store.
+// A channel from outside the builder, see tests/support/aspect_channel.cpp, in vtbuild and vtinspect that
+// were linked with it; and what the programs that do not know it make of its store.
 #include <cmath>
 #include <numbers>
 #include <span>
@@ -16,7 +16,8 @@ using testing::HasSubstr;
 constexpr std::int64_t kWidth = 16;
 constexpr std::int64_t kHeight = 8;
 
-// Pairs of columns look to 350 and 10 degrees, whose mean is north; the plain mean of the numbers would be south.
+// Pairs of columns look to 350 and 10 degrees, whose mean is north; the plain mean of the numbers would be
+// south.
 float aspect_at(std::int64_t x) { return x % 2 == 0 ? 350.0F : 10.0F; }
 
 class ExtraChannel : public VtinspectTest {
@@ -62,7 +63,8 @@ TEST_F(ExtraChannel, IsAmongTheChannelsOfTheProgram) {
 }
 
 TEST_F(ExtraChannel, AveragesByItsOwnRule) {
-  // Level 0 is one texel of a pair's kind: the mean of 350 and 10 degrees is north, of the length of their cosine.
+  // Level 0 is one texel of a pair's kind: the mean of 350 and 10 degrees is north, of the length of their
+  // cosine.
   const auto sample = inspect_json({"sample", "s.vts", "--level", "0", "--uv", "0.5,0.75"});
   ASSERT_EQ(sample["value"].size(), 2U);
   EXPECT_NEAR(sample["value"][0].get<double>(), std::cos(10.0 * std::numbers::pi / 180.0), 2.0 / 65535.0);

@@ -1,5 +1,5 @@
-// Texts, names, files and sizes that nobody means well with: a sentence and the code of the user's error, at once, and nothing raw on the
-// terminal.
+// Texts, names, files and sizes that nobody means well with: a sentence and the code of the user's error, at
+// once, and nothing raw on the terminal.
 #include <fcntl.h>
 #include <sys/stat.h>
 #include <sys/wait.h>

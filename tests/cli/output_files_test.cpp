@@ -1,5 +1,5 @@
-// What the programs write for their users: whole, or not at all and said so; never through somebody else's link; never over what was not
-// theirs.
+// What the programs write for their users: whole, or not at all and said so; never through somebody else's
+// link; never over what was not theirs.
 #include <fcntl.h>
 #include <sys/stat.h>
 #include <unistd.h>

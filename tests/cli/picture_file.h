@@ -1,5 +1,5 @@
-// Reads back what vtinspect wrote, with stb_image, OpenEXR and libtiff: none of our own code, nor OpenImageIO, which wrote the pictures.
-// Throws when a file cannot be read.
+// Reads back what vtinspect wrote, with stb_image, OpenEXR and libtiff: none of our own code, nor
+// OpenImageIO, which wrote the pictures. Throws when a file cannot be read.
 #pragma once
 
 #include <cstddef>

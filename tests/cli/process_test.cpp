@@ -1,5 +1,5 @@
-// Programs among others: standard streams that are closed, files that must not grow, what one command leaves for the next. Whatever it is,
-// stores stay whole, nothing half-written stays behind, and the user is told.
+// Programs among others: standard streams that are closed, files that must not grow, what one command leaves
+// for the next. Whatever it is, stores stay whole, nothing half-written stays behind, and the user is told.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

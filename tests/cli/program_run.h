@@ -1,5 +1,5 @@
-// Runs a program in an empty directory and keeps what it says, so that tests can hold exit code, output and errors against what users are
-// promised.
+// Runs a program in an empty directory and keeps what it says, so that tests can hold exit code, output and
+// errors against what users are promised.
 #pragma once
 
 #include <filesystem>

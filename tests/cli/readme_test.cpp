@@ -1,5 +1,6 @@
-// README.md as a newcomer follows it: every command in it is run in its order on a small demo scene, what it links to and names is there,
-// and the C++ in it is text of a file that the build compiles. A command that is neither run nor listed here fails the test.
+// README.md as a newcomer follows it: every command in it is run in its order on a small demo scene, what it
+// links to and names is there, and the C++ in it is text of a file that the build compiles. A command that is
+// neither run nor listed here fails the test.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -26,10 +27,12 @@ const std::filesystem::path kProject = VT_SOURCE_DIR;
 constexpr std::size_t kMostReadmeLines = 150;
 constexpr std::size_t kMostReadmeColumns = 120;  // of prose; rows of tables and commands may be wider
 
-// The scene is small here: what is said of 4096 texels is true of 512, which have two levels and several tiles.
+// The scene is small here: what is said of 4096 texels is true of 512, which have two levels and several
+// tiles.
 constexpr const char* kSceneSize = "--size 512";
 
-// Files that users bring along, and how the scene becomes each of them. A command that names one has it made first.
+// Files that users bring along, and how the scene becomes each of them. A command that names one has it made
+// first.
 struct BroughtFile {
   std::string name;
   std::string recipe;
@@ -49,8 +52,8 @@ const std::vector<BroughtFile> kBroughtFiles = {
      "vtinspect extract scene.vts --layer color --window 256,0,256,256 -o tiles/north-east.tif"},
 };
 
-// Commands that install, compile or measure for minutes are not run. What they name must be there: the subcommand in `tools/dev help`,
-// the preset in CMakePresets.json.
+// Commands that install, compile or measure for minutes are not run. What they name must be there: the
+// subcommand in `tools/dev help`, the preset in CMakePresets.json.
 const std::vector<std::string> kCommandsNotRun = {"tools/dev demo",  "tools/dev test",    "tools/dev bench",
                                                   "tools/dev build", "tools/dev install", "tools/dev package",
                                                   "cmake --preset",  "cmake --build",     "cmake --install"};
@@ -96,7 +99,8 @@ bool starts_like_command(const std::string& span) {
   return words.size() > 1 && kFirstWords.contains(words.front());
 }
 
-// All commands in their order: the lines of indented blocks, less their comments, and what stands between backticks and has arguments.
+// All commands in their order: the lines of indented blocks, less their comments, and what stands between
+// backticks and has arguments.
 std::vector<ReadmeCommand> commands_of(const std::vector<std::string>& lines) {
   std::vector<ReadmeCommand> commands;
   bool is_fenced = false;
@@ -273,7 +277,8 @@ TEST_F(Readme, LinksLeadSomewhere) {
   EXPECT_GT(links, 10);
 }
 
-// Between backticks: paths from the project's root; in a row of the table of folders, what lies in the folder that the row links to.
+// Between backticks: paths from the project's root; in a row of the table of folders, what lies in the folder
+// that the row links to.
 TEST_F(Readme, FoldersAndFilesThatItNamesAreThere) {
   static const std::set<std::string> kTopFolders = {"store", "builder", "runtime", "tools", "tests", "schemas"};
   static const std::regex kRowOfFolder(R"(^\| \[`[^`]+`\]\(([^)]+)\) .*)");

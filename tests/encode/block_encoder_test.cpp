@@ -49,7 +49,8 @@ TEST(BlockEncoder, EveryBlockFormatIsEncodedFromThePlainFormatOfItsRow) {
     std::vector<float> samples(kEdge * kEdge * info.channels);
     store::decode_texels(info.format, blocks, kEdge, kEdge, samples);
     const bool is_number = plain.samples == SampleKind::kHalf;
-    // Colours of bc1 and bc3 have end points of 5 and 6 bits: half a step of 5 bits, less a little for the thirds between.
+    // Colours of bc1 and bc3 have end points of 5 and 6 bits: half a step of 5 bits, less a little for the
+    // thirds between.
     for (const float sample : samples) EXPECT_NEAR(sample, is_number ? 0.75 : 0.75 * 255, is_number ? 0.01 : 4.5) << info.name;
   }
 }

@@ -23,8 +23,8 @@ Function* function(const char* name) {
 
 std::optional<std::vector<float>> decoded_by_opengl(GlBlockFormat format, std::span<const std::byte> blocks, std::size_t width,
                                                     std::size_t height, std::string& why) {
-  // The one of Mesa's two software drivers that decodes in whole numbers; the other interpolates with weights of 8 bits and is up to 1.6
-  // codes away from the specification. Drivers of hardware do not look at this.
+  // The one of Mesa's two software drivers that decodes in whole numbers; the other interpolates with weights
+  // of 8 bits and is up to 1.6 codes away from the specification. Drivers of hardware do not look at this.
   setenv("GALLIUM_DRIVER", "softpipe", 0);
   const auto context = tools::EglContext::create(16, 16);
   if (!context) {

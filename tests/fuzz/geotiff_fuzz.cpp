@@ -1,5 +1,5 @@
-// libFuzzer: any bytes as a TIFF. Opens it, reads and hashes a window of at most 256 x 256 samples; must neither crash nor hang nor take
-// much memory. Good seeds are the small files of a GeoTIFF collection.
+// libFuzzer: any bytes as a TIFF. Opens it, reads and hashes a window of at most 256 x 256 samples; must
+// neither crash nor hang nor take much memory. Good seeds are the small files of a GeoTIFF collection.
 #include <sys/mman.h>
 #include <unistd.h>
 

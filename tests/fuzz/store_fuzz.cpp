@@ -1,6 +1,7 @@
 // Any bytes as a store: opening, validating, reading every tile it admits to, and a region. Run it as
 //   store_fuzz -max_len=32768 -timeout=10 CORPUS tests/golden
-// Checksums would turn away nearly everything that is mutated, so every input is tried as it is and once more with them made right.
+// Checksums would turn away nearly everything that is mutated, so every input is tried as it is and once more
+// with them made right.
 #include <sys/mman.h>
 #include <unistd.h>
 

@@ -1,5 +1,5 @@
-// The house as it is built: includes point down the floors that folder_order.txt names, no folder grows past what one can look over, and
-// each says what it is.
+// The house as it is built: includes point down the floors that folder_order.txt names, no folder grows past
+// what one can look over, and each says what it is.
 #include <gtest/gtest.h>
 
 #include <algorithm>

@@ -1,4 +1,5 @@
-// A BigTIFF of any nominal size whose tiles were never written: its tables of offsets and sizes are holes in the file.
+// A BigTIFF of any nominal size whose tiles were never written: its tables of offsets and sizes are holes in
+// the file.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -12,7 +13,8 @@
 
 namespace vt::pipeline {
 
-// `bands` of 8 bits, or one of 32-bit floating point; north-up in EPSG:32633 with its north-west corner at (x0, y0).
+// `bands` of 8 bits, or one of 32-bit floating point; north-up in EPSG:32633 with its north-west corner at
+// (x0, y0).
 inline void write_unwritten_tiff(const std::filesystem::path& path, std::uint64_t width, std::uint64_t height, int bands, bool is_float,
                                  double x0, double y0, double step) {
   constexpr std::uint64_t kTile = 256;

@@ -5,7 +5,8 @@
 namespace vt::pipeline {
 namespace {
 
-// A reader that draws the marks beside the texture sees each block's mark over the block, also when the data begin inside a block.
+// A reader that draws the marks beside the texture sees each block's mark over the block, also when the data
+// begin inside a block.
 TEST(BlockMarks, LieOnTheGroundWhereTheirBlocksLie) {
   LayerPlan plan;
   plan.info.name = "color";

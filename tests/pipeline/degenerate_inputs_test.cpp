@@ -1,7 +1,8 @@
-// Rasters at the edges of what a raster can be, for every kind of layer: nothing but nodata, one texel of data, numbers that are no
-// numbers, huge and tiny ones, lines of one texel, sizes around powers of two. A layer builds, its store is sound, texels without data say
-// so, and values lie where the input's lie; or it is refused with a message, where the kind of layer cannot hold such numbers.
-// A channel joins with one row in kinds().
+// Rasters at the edges of what a raster can be, for every kind of layer: nothing but nodata, one texel of
+// data, numbers that are no numbers, huge and tiny ones, lines of one texel, sizes around powers of two. A
+// layer builds, its store is sound, texels without data say so, and values lie where the input's lie; or it
+// is refused with a message, where the kind of layer cannot hold such numbers. A channel joins with one row
+// in kinds().
 #include <gtest/gtest.h>
 
 #include "builder/channels/all_channels.h"
@@ -185,8 +186,8 @@ void expect_no_infinity(const store::StoreReader& reader, const std::string& wha
   }
 }
 
-// A texel of any level with an ordinary sample under it has data; one with nothing but NaN and infinity under it has none, in layers whose
-// numbers can say so.
+// A texel of any level with an ordinary sample under it has data; one with nothing but NaN and infinity under
+// it has none, in layers whose numbers can say so.
 void expect_holes_as_in(const store::StoreReader& reader, const Kind& kind,
                         const std::function<double(std::int64_t, std::int64_t)>& value) {
   const LayerInfo& layer = *reader.find_layer(channels::kind_of(kind.channel).name);
@@ -252,7 +253,8 @@ TEST(DegenerateInputs, AConstantStaysConstant) {
       const auto reader = built(kind, size, [&](std::int64_t, std::int64_t) { return value; });
       ASSERT_TRUE(reader.has_value()) << kind.name << ": " << reader.error().message;
       const LayerInfo& layer = *reader->find_layer(channels::kind_of(kind.channel).name);
-      // A block that reaches past the data has two coverages to say besides, and may spend a code or two of colour on them.
+      // A block that reaches past the data has two coverages to say besides, and may spend a code or two of
+      // colour on them.
       const double slack = format_info(layer.format).block_edge == 4 ? 2.0 : 0.0;
       const double first = LevelValues(*reader, layer, layer.finest).at(0, 0);
       for (int level = 0; level <= layer.finest.value; ++level) {

@@ -1,4 +1,5 @@
-// The same bytes whatever the machine, its processors, the memory it is given, and however often it is interrupted.
+// The same bytes whatever the machine, its processors, the memory it is given, and however often it is
+// interrupted.
 #include <gtest/gtest.h>
 
 #include <array>
@@ -55,8 +56,9 @@ TEST_P(WholeBuild, GivesTheSameTilesOnEveryCpu) {
 
 VT_ON_EVERY_CPU_TARGET(WholeBuild);
 
-// Stopped once at some part of the work, then finished by another number of threads. Every number of threads with every size of block, and
-// every part of the work with each of them: a Latin square, which begins elsewhere with every kind of layer.
+// Stopped once at some part of the work, then finished by another number of threads. Every number of threads
+// with every size of block, and every part of the work with each of them: a Latin square, which begins
+// elsewhere with every kind of layer.
 class Interrupted : public testing::TestWithParam<std::size_t> {};
 
 TEST_P(Interrupted, BuildsGiveTheSameTilesWhateverTheThreadsBlocksAndMemory) {
@@ -83,7 +85,8 @@ TEST_P(Interrupted, BuildsGiveTheSameTilesWhateverTheThreadsBlocksAndMemory) {
         ASSERT_TRUE(writer.has_value());
         const auto stopped = build_layer(*writer, *plan, options);
         ASSERT_TRUE(stopped.has_value() || stopped.error().code == ErrorCode::kCancelled) << stopped.error().message;
-        // Some of many blocks are left when the first is done; a layer of one block or two may be done before it notices.
+        // Some of many blocks are left when the first is done; a layer of one block or two may be done before
+        // it notices.
         if (block_levels == 1 && stop_percent == 5) {
           ASSERT_FALSE(stopped.has_value());
         }

@@ -111,7 +111,8 @@ TEST(Failures, ALayerOutsideTheStoresAreaIsRefused) {
   EXPECT_NE(plan.error().message.find("outside the store's area"), std::string::npos);
 }
 
-// Every single write fails once with "no space left": the store stays at a checkpoint, validates, and the next run completes it.
+// Every single write fails once with "no space left": the store stays at a checkpoint, validates, and the
+// next run completes it.
 TEST(Failures, AFullDiskLosesNothingThatWasCommitted) {
   const test::TempFolder folder;
   write_raster(folder / "input.tif", {.width = 150, .height = 120}, noisy_code);

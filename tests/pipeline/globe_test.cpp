@@ -1,5 +1,5 @@
-// Longitude is a circle: sources and areas that count it otherwise, or that lie across the antimeridian, meet all the same. Truth is a
-// function of the place on the ground.
+// Longitude is a circle: sources and areas that count it otherwise, or that lie across the antimeridian, meet
+// all the same. Truth is a function of the place on the ground.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -17,7 +17,8 @@ double height_at(double longitude_deg, double latitude_deg) {
   return 1000.0 + 100.0 * std::cos(longitude_deg * kDegree) + 50.0 * std::sin(2.0 * longitude_deg * kDegree) + 2.0 * latitude_deg;
 }
 
-// Bilinear interpolation misses a function by an eighth of its second derivative times the step's square, for each axis.
+// Bilinear interpolation misses a function by an eighth of its second derivative times the step's square, for
+// each axis.
 double bilinear_error(double step_deg) { return (100.0 + 4.0 * 50.0) * std::pow(step_deg * kDegree, 2) / 8.0; }
 
 struct DegreeGrid {
@@ -43,7 +44,8 @@ LayerPlan plan_of(const LayerRequest& request, const std::optional<DatasetFrame>
   return *std::move(plan);
 }
 
-// Every texel of the finest level that `has_data` says has a value, and that value within `tolerance` of the truth; all others have none.
+// Every texel of the finest level that `has_data` says has a value, and that value within `tolerance` of the
+// truth; all others have none.
 template <class HasData>
 void expect_truth(const std::filesystem::path& store, const geo::Crs& crs, double tolerance, const HasData& has_data) {
   const Tiles tiles = tiles_of(store, "elevation");
@@ -90,7 +92,8 @@ TEST(Globe, ASourceFromMinus180FillsAnAreaFromZeroTo360) {
   expect_truth(folder / "a.vts", geo::Crs::from_epsg(4326).value(), kFloatError, everywhere);
 }
 
-// Interpolation sees both sides of the seam, wherever it is: a repeated edge would be wrong by half a step, 2 m here.
+// Interpolation sees both sides of the seam, wherever it is: a repeated edge would be wrong by half a step, 2
+// m here.
 TEST(Globe, ResamplingLooksAcrossTheSeamOfAClosedSource) {
   const test::TempFolder folder;
   write_degrees(folder / "grid.tif", {.west = -180.0, .north = 90.0, .step = 1.25, .width = 4, .height = 4});
@@ -321,7 +324,8 @@ TEST(Globe, DegreesOfAnyTurnComeIntoAUtmZoneAtTheAntimeridian) {
     request.area = Area{centre.x - 80000.0, centre.y - 80000.0, centre.x + 80000.0, centre.y + 80000.0};
     std::filesystem::remove(folder / "a.vts");
     build(folder / "a.vts", request);
-    // Between two tiles the edge samples are repeated: half a sample of 1/16 degree, times the slope of at most 2 m a degree.
+    // Between two tiles the edge samples are repeated: half a sample of 1/16 degree, times the slope of at
+    // most 2 m a degree.
     expect_truth(folder / "a.vts", utm, 0.1, everywhere);
   }
 }
@@ -363,7 +367,8 @@ TEST(Globe, AGlobalSourceFillsAnAreaOfAProjectedLayer) {
   EXPECT_EQ(plan_layer(request, std::nullopt, 1 << 20).error().code, ErrorCode::kInvalidData) << "all of it has no place";
 }
 
-// x of a Mercator counts from its own meridian, here 150 degrees east: wherever the raster is cut, its samples lie at their longitudes.
+// x of a Mercator counts from its own meridian, here 150 degrees east: wherever the raster is cut, its
+// samples lie at their longitudes.
 TEST(Globe, AGlobeThatCountsFromAnotherMeridianFillsAnArea) {
   const test::TempFolder folder;
   const geo::Crs pacific = geo::Crs::from_epsg(3832).value();

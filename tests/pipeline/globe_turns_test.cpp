@@ -37,8 +37,8 @@ TEST(GlobeTurns, SourcesStayUnlessTheAntimeridianTearsThemApart) {
   EXPECT_EQ(fiji.bounds.east, 182.0);
 }
 
-// Against the plain definition: over all places where the circle may be cut, the narrowest hull; and it is taken when it is less than half
-// as wide as the boxes where they are.
+// Against the plain definition: over all places where the circle may be cut, the narrowest hull; and it is
+// taken when it is less than half as wide as the boxes where they are.
 TEST(GlobeTurns, TheNarrowestHullIsFound) {
   std::mt19937 random(3);
   int moved = 0;

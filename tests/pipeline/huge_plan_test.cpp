@@ -1,5 +1,5 @@
-// Datasets far larger than any disk here: planned from a description, from a file that is nearly all holes, and built where there is
-// something to build.
+// Datasets far larger than any disk here: planned from a description, from a file that is nearly all holes,
+// and built where there is something to build.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -148,7 +148,8 @@ TEST(HugePlan, AFileThatIsNearlyAllHolesIsPlannedLikeAnyOther) {
   }
 }
 
-// Three islands, each a few tiles, in a layer of 1,125,000 x 875,000 texels: what there is nothing for is neither visited nor stored.
+// Three islands, each a few tiles, in a layer of 1,125,000 x 875,000 texels: what there is nothing for is
+// neither visited nor stored.
 TEST(HugePlan, AFewFilesFarApartBuildAtNominalSize) {
   const test::TempFolder folder;
   LayerRequest request;
@@ -194,7 +195,8 @@ TEST(Area, DecidesTheLayersExtentOnTheSourcesOwnGrid) {
   const test::TempFolder folder;
   write_raster(folder / "a.tif", {.width = 40, .height = 30}, [](std::int64_t x, std::int64_t y, int band) { return x * 2 + y + band; });
   LayerRequest request = request_for({folder / "a.tif"}, ChannelType::kColor);
-  // 2 m texels from 500000, 5400000. West and north fall between grid lines; the south-eastern part of the source lies outside.
+  // 2 m texels from 500000, 5400000. West and north fall between grid lines; the south-eastern part of the
+  // source lies outside.
   request.area = Area{499989.5, 5399960.0, 500060.0, 5400003.0};
   build(folder / "a.vts", request);
   auto reader = store::StoreReader::open(folder / "a.vts");

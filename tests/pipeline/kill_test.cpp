@@ -16,7 +16,8 @@
 namespace vt::pipeline {
 namespace {
 
-// Runs `work` in a process of its own; kills it after `milliseconds` unless it has ended. Returns whether it ended by itself, with success.
+// Runs `work` in a process of its own; kills it after `milliseconds` unless it has ended. Returns whether it
+// ended by itself, with success.
 template <class Work>
 bool run_and_kill(const Work& work, std::optional<double> milliseconds) {
   const pid_t child = fork();
@@ -33,8 +34,8 @@ bool run_and_kill(const Work& work, std::optional<double> milliseconds) {
   return WIFEXITED(status) && WEXITSTATUS(status) == 0;
 }
 
-// The same build twice over: through the library, which starts in no time, so that many moments can be tried, and as the program that
-// people run.
+// The same build twice over: through the library, which starts in no time, so that many moments can be tried,
+// and as the program that people run.
 int build_with_library(const std::filesystem::path& input, const std::filesystem::path& store, int threads, bool update = false) {
   LayerRequest request = request_for({input}, ChannelType::kColor);
   auto plan = plan_layer(request, std::nullopt, std::size_t{8} << 20);
@@ -127,8 +128,9 @@ TEST_F(Kill, AnUpdateGoesOnToo) {
   survive(update, 60);
 }
 
-// Ctrl-C: the program says how to go on, ends by itself with the shell's exit code for it, and keeps what was done. It is stopped once its
-// layer is in the store: from then on it listens. When it is faster than this test, it is tried again.
+// Ctrl-C: the program says how to go on, ends by itself with the shell's exit code for it, and keeps what was
+// done. It is stopped once its layer is in the store: from then on it listens. When it is faster than this
+// test, it is tried again.
 TEST_F(Kill, AnInterruptedProgramSaysHowToGoOn) {
   const auto path = folder_ / "interrupted.vts";
   const auto has_begun = [&] {

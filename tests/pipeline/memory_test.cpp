@@ -1,4 +1,5 @@
-// --memory is what the whole program may use: measured as the peak resident set of vtbuild, libraries included.
+// --memory is what the whole program may use: measured as the peak resident set of vtbuild, libraries
+// included.
 #include <gtest/gtest.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
@@ -17,7 +18,8 @@ constexpr bool kMeasurable = false;
 constexpr bool kMeasurable = true;
 #endif
 
-// In a process of its own: a program that is started from this one is charged with what this one has used before.
+// In a process of its own: a program that is started from this one is charged with what this one has used
+// before.
 void in_child(const std::function<void()>& work) {
   const pid_t child = fork();
   if (child == 0) {
@@ -178,7 +180,8 @@ TEST_F(Memory, WhatCannotFitSaysWhatWould) {
   EXPECT_FALSE(choose_block_levels(*plan, threads + 1, std::size_t{40} << 20).has_value());
 }
 
-// With more memory the sources keep more: what a refusal names has to be enough for a plan that is made with it.
+// With more memory the sources keep more: what a refusal names has to be enough for a plan that is made with
+// it.
 TEST_F(Memory, WhatARefusalNamesIsEnoughForAllLayers) {
   write_unwritten_tiff(folder_ / "large.tif", 60000, 40000, 3, false, 100000.0, 5700000.0, 0.8);
   write_unwritten_tiff(folder_ / "small.tif", 3000, 2000, 3, false, 100000.0, 5700000.0, 16.0);

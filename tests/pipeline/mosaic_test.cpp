@@ -34,8 +34,8 @@ TEST(Mosaic, PiecesOnOneGridEqualTheWhole) {
   }
 }
 
-// Chunks full of opaque samples copy them, others go through filter space: a mosaic with gaps changes from one to the other many times, at
-// places that depend on the blocks.
+// Chunks full of opaque samples copy them, others go through filter space: a mosaic with gaps changes from
+// one to the other many times, at places that depend on the blocks.
 TEST(Mosaic, GapsAndOverlapsBuildTheSameAtAnyBlockSize) {
   const test::TempFolder folder;
   std::vector<std::filesystem::path> pieces;
@@ -79,7 +79,8 @@ nlohmann::json quality_of(const std::filesystem::path& store_path) {
   return nlohmann::json::parse(reader->find_layer("color")->metadata_json).at("quality");
 }
 
-// Rows that are copied are measured like those that are encoded: what is reported does not tell how the sources were cut.
+// Rows that are copied are measured like those that are encoded: what is reported does not tell how the
+// sources were cut.
 TEST(Mosaic, TheQualityOfPiecesIsThatOfTheWhole) {
   const test::TempFolder folder;
   const RasterSpec whole{.width = 180, .height = 140, .nodata = 0.0};
@@ -177,7 +178,8 @@ TEST(Mosaic, LaterSourcesLieOverEarlierOnes) {
   EXPECT_EQ((texel_at<std::uint8_t, 3>(tiles, 5, Level{1}, 20, 5))[0], 200);
 }
 
-// A raster whose values are its own eastings (or northings): whatever is resampled from it says where it was taken from.
+// A raster whose values are its own eastings (or northings): whatever is resampled from it says where it was
+// taken from.
 TEST(Resampling, PutsEveryTexelWithinAHundredthOfItsPlace) {
   const test::TempFolder folder;
   const geo::Crs utm = utm33();

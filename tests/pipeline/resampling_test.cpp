@@ -1,4 +1,5 @@
-// Layers that are coarser than their sources: what each channel promises of its levels holds from the finest one on.
+// Layers that are coarser than their sources: what each channel promises of its levels holds from the finest
+// one on.
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>
@@ -64,7 +65,8 @@ TEST_F(Coarser, LampsKeepTheirLight) {
     LayerRequest lights = request(ChannelType::kIllumination, gsd_m);
     lights.format = TexelFormat::kRgba32Float;
     build(store(), lights);
-    // Where the raster ends inside a texel, that texel is all of what is there: only whole texels keep the sum exactly.
+    // Where the raster ends inside a texel, that texel is all of what is there: only whole texels keep the
+    // sum exactly.
     if (std::fmod(2.0 * kEdge, gsd_m) == 0.0) {
       EXPECT_NEAR(mean_of(finest_of(store(), "illumination")), 1.0, 1e-6) << gsd_m;
     } else {
@@ -119,7 +121,8 @@ TEST_F(Coarser, NoClassIsLost) {
       for (const auto& [id, share] : wanted) ASSERT_NEAR(found[id], share, 1.0 / 255) << x << "," << y << " class " << id;
       error += 100.0 * (1.0 - std::max(wanted[1], wanted[2]));
     }
-  // In the layer itself the majority stands for all: the rest of the area is reported as taken for another class.
+  // In the layer itself the majority stands for all: the rest of the area is reported as taken for another
+  // class.
   EXPECT_NEAR(quality_of(store(), "material", "class area")["mean"].get<double>(), error / 1024, 0.01);
   EXPECT_LT(quality_of(store(), "material", "class area of the mixture")["max"].get<double>(), 0.6);
 }
@@ -239,7 +242,8 @@ TEST(CoarserInsets, AreMeansInsideAMosaic) {
     }
 }
 
-// Insets on both sides of the line where longitudes jump: columns of one level lie past it, and blocks see across it.
+// Insets on both sides of the line where longitudes jump: columns of one level lie past it, and blocks see
+// across it.
 TEST(CoarserInsets, ClassesAreCountedAcrossTheSeamOfAGlobe) {
   const test::TempFolder folder;
   constexpr std::int64_t kWidth = 260;  // twice halved whole; the third time a texel holds ground of both ends
@@ -289,7 +293,8 @@ TEST(CoarserInsets, ClassesAreCountedAcrossTheSeamOfAGlobe) {
   }
 }
 
-// White noise in Web Mercator, on a grid of degrees: towards the poles ever more rows lie under a texel, and their mean is ever calmer.
+// White noise in Web Mercator, on a grid of degrees: towards the poles ever more rows lie under a texel, and
+// their mean is ever calmer.
 TEST(CoarserProjections, TheStretchOfLatitudesIsAveraged) {
   const test::TempFolder folder;
   RasterSpec spec{.width = 400, .height = 400, .bands = 1, .type = SampleType::kFloat32};
@@ -316,8 +321,9 @@ TEST(CoarserProjections, TheStretchOfLatitudesIsAveraged) {
     }
     return std::sqrt(squares / count - sum / count * (sum / count));
   };
-  // Rows of 100 km on the map are 0.9 degrees times the cosine on the ground: 4.4 under a texel at 77 degrees. A column counts 1 sample
-  // or, between two, half of each, so the deviation of uniform noise, 0.289, goes down to 0.138 to 0.098.
+  // Rows of 100 km on the map are 0.9 degrees times the cosine on the ground: 4.4 under a texel at 77
+  // degrees. A column counts 1 sample or, between two, half of each, so the deviation of uniform noise,
+  // 0.289, goes down to 0.138 to 0.098.
   EXPECT_LT(deviation_between(74.0, 80.0), 0.289 / std::sqrt(4.4) * 1.03);
   EXPECT_GT(deviation_between(74.0, 80.0), 0.289 / std::sqrt(4.4) * 0.65);
 }
@@ -335,14 +341,16 @@ TEST_F(UpdateOfCoarser, AChangedSampleCostsTheBlocksOverIt) {
         [&](std::int64_t x, std::int64_t y, int band) { return x == 800 && y == 400 ? 255.0 - value(x, y, band) : value(x, y, band); });
   const BuildReport report = build(store(), colors, {.threads = 2, .block_levels = 1, .update = true});
   EXPECT_GE(report.blocks_changed, 1);
-  // The source's tiles of 64 samples are 26 texels, blocks are 64 and read an apron: 2 x 2 of the 10 x 6 at most.
+  // The source's tiles of 64 samples are 26 texels, blocks are 64 and read an apron: 2 x 2 of the 10 x 6 at
+  // most.
   EXPECT_LE(report.blocks_changed, 4);
   build(folder_ / "anew.vts", colors, {.threads = 1, .block_levels = 1});
   EXPECT_TRUE(tiles_of(store(), "color") == tiles_of(folder_ / "anew.vts", "color"));
   EXPECT_TRUE(tiles_of(store(), "color/carry") == tiles_of(folder_ / "anew.vts", "color/carry"));
 }
 
-// A layer of classes whose texels were all of one class begins to count parts of texels: all its counts are of the new unit then.
+// A layer of classes whose texels were all of one class begins to count parts of texels: all its counts are
+// of the new unit then.
 TEST_F(UpdateOfCoarser, CountsOfClassesAreOfOneUnit) {
   const RasterSpec spec{.width = 400, .height = 300, .bands = 1};
   write(spec, [](std::int64_t x, std::int64_t y, int) { return static_cast<double>(1 + (x / 9 + y / 11) % 5); });

@@ -1,5 +1,5 @@
-// From what a file says of its samples to what a layer holds: coverage, full scales, no-data values, scales, units and roles, by building
-// small layers from files that are put together tag by tag.
+// From what a file says of its samples to what a layer holds: coverage, full scales, no-data values, scales,
+// units and roles, by building small layers from files that are put together tag by tag.
 
 #include <gtest/gtest.h>
 
@@ -115,7 +115,8 @@ TEST_F(SampleMeaning, AMaskIsAllOrNothingWhateverTheSamplesType) {
 }
 
 TEST_F(SampleMeaning, AlphaOfElevenBitsIsFullAt2047) {
-  // Two samples of 11 bits in each of 8 x 8 texels: 0x7FF, then 0x7FF or 0x400, packed most significant bit first.
+  // Two samples of 11 bits in each of 8 x 8 texels: 0x7FF, then 0x7FF or 0x400, packed most significant bit
+  // first.
   std::string pixels;
   for (std::uint32_t row = 0; row < kSide; ++row) {
     std::string bits;
@@ -180,7 +181,8 @@ TEST_F(SampleMeaning, CoverageOfEveryKindReachesEveryChannel) {
         beside.page({.width = kSide, .height = kSide, .pixels = mask}).write(folder_ / ("c" + std::to_string(checked) + ".tif.msk"));
       }
       const LevelValues finest = build_path(path, request);
-      // The mean of the coarser texel that lies half over covered and half over uncovered samples is that of the covered ones.
+      // The mean of the coarser texel that lies half over covered and half over uncovered samples is that of
+      // the covered ones.
       auto reader = store::StoreReader::open(store_);
       ASSERT_TRUE(reader.has_value());
       const LevelValues coarser(*reader, layer_, Level{0});
@@ -367,7 +369,8 @@ TEST_F(SampleMeaning, SensorsTakeScaleAndUnit) {
   EXPECT_NE(reader->find_layer("sensor")->metadata_json.find("W/(m2 sr um)"), std::string::npos) << "the layer is in the file's unit";
 }
 
-// A raster with a vertical CRS says what its numbers are in case they are heights. Radiance on such coordinates is no height.
+// A raster with a vertical CRS says what its numbers are in case they are heights. Radiance on such
+// coordinates is no height.
 TEST_F(SampleMeaning, WhatIsSaidOfHeightsIsSaidOfNothingElse) {
   RawTiff tiff;
   tiff.page(page_of(std::vector<float>(kCount, 300.0F))).utm33().doubles(33550, {10.0, 10.0, 2.0}).shorts(34735, {1,    1, 0, 4,
@@ -414,7 +417,8 @@ TEST_F(SampleMeaning, ALargeOffsetLosesNothing) {
   }
 }
 
-// A mask for each band is one for all where all are taken; otherwise it would hide data that only another band has not.
+// A mask for each band is one for all where all are taken; otherwise it would hide data that only another
+// band has not.
 TEST_F(SampleMeaning, MasksOfBandsThatAreNotTakenAreNotUsed) {
   RawTiff tiff;
   tiff.page(page_of(std::vector<std::uint8_t>(3 * kCount, 90), 3, 2)).utm33();

@@ -96,7 +96,8 @@ TEST(Scoreboard, DeclaredNodataIsClearAndLendsNoColour) {
 }
 
 TEST(Scoreboard, AStepOvershootsNoMoreThanTheKernelsLobes) {
-  // 0.5 of full light beside 0, so that the overshoot is not hidden by clamping. Kaiser-3's step response exceeds by 7.7 %.
+  // 0.5 of full light beside 0, so that the overshoot is not hidden by clamping. Kaiser-3's step response
+  // exceeds by 7.7 %.
   const Tiles tiles = build_tiles({.width = 256, .height = 64}, ChannelType::kColor, "kaiser3",
                                   [](std::int64_t x, std::int64_t, int) { return x < 128 ? 0.0 : 188.0; });
   int highest = 0;
@@ -116,7 +117,8 @@ Result<store::StoreReader> built(const RasterSpec& spec, const std::function<dou
 }
 
 TEST(Scoreboard, WithAntiRingingAStepOfAThousandToOneOvershootsNowhere) {
-  // Linear light 0.0005 beside 0.5, given as floats so that the dark side is not rounded away: codes 1.6 and 188.
+  // Linear light 0.0005 beside 0.5, given as floats so that the dark side is not rounded away: codes 1.6 and
+  // 188.
   const auto step = [](std::int64_t x, std::int64_t y, int) { return (x < 128) == (y < 128) ? 0.0005 : 0.5; };
   for (const char* kernel : {"kaiser3", "kaiser5", "lanczos3", "mitchell"})
     for (const bool limited : {false, true}) {
@@ -215,7 +217,8 @@ TEST(Scoreboard, LevelsKeepTheirSampleType) {
 }
 
 TEST(Scoreboard, TwentyLevelsDriftByNothing) {
-  // One row of 2^21 texels in tiles of 4: twenty levels, of which the coarsest cover a millionth of their texels.
+  // One row of 2^21 texels in tiles of 4: twenty levels, of which the coarsest cover a millionth of their
+  // texels.
   LayerRequest color = request_for({}, ChannelType::kColor);
   color.tile_texels = 4;
   color.format = TexelFormat::kRgb8;
@@ -259,7 +262,8 @@ double inside(std::int64_t i, int steps, std::int64_t size) {
 }
 
 TEST(Scoreboard, OddSizesKeepTheirPlace) {
-  // A slope of heights, whose values are places: each texel has that of its centre, which may lie outside the data.
+  // A slope of heights, whose values are places: each texel has that of its centre, which may lie outside the
+  // data.
   struct Size {
     std::int64_t width;
     std::int64_t height;
@@ -341,8 +345,8 @@ TEST(Scoreboard, MeanLightStaysTheSameOverAllLevelsToTheEdge) {
           }
         const double mean = sum / area;
         if (steps == 0) finest = mean;
-        // 0.1 % is the requirement. At the coarsest level 3072 codes remain, whose rounding (0.29 codes rms, about 0.8 % of the light
-        // each) averages to 0.015 %.
+        // 0.1 % is the requirement. At the coarsest level 3072 codes remain, whose rounding (0.29 codes rms,
+        // about 0.8 % of the light each) averages to 0.015 %.
         EXPECT_NEAR(mean / finest, 1.0, 0.001) << kernel << ", " << size.width << " x " << size.height << ", " << steps << " levels up";
       }
     }

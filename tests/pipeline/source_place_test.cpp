@@ -1,4 +1,5 @@
-// Which CRS counts, and which coordinates are possible in it: silent guesses put rasters thousands of kilometres off.
+// Which CRS counts, and which coordinates are possible in it: silent guesses put rasters thousands of
+// kilometres off.
 #include <gtest/gtest.h>
 
 #include <fstream>

@@ -1,4 +1,5 @@
-// A layer that was never finished is in nobody's way, and work that is worth something is never thrown away without being asked for.
+// A layer that was never finished is in nobody's way, and work that is worth something is never thrown away
+// without being asked for.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -121,7 +122,8 @@ TEST_F(UnfinishedLayer, ThatGivesWayLeavesNoScaleOfLightBehind) {
   EXPECT_TRUE(tiles_of(store_, "illumination") == tiles_of(folder_ / "fresh.vts", "illumination"));
 }
 
-// The scale of light was chosen for the sources as they were; the command that began the layer goes on with it.
+// The scale of light was chosen for the sources as they were; the command that began the layer goes on with
+// it.
 TEST_F(UnfinishedLayer, GoesOnWithItsScaleOfLightWhenItsSourcesHaveChanged) {
   const auto write_light = [&](double factor) {
     write_raster(folder_ / "light.tif", {.width = 300, .height = 300, .type = SampleType::kFloat32},
@@ -195,7 +197,8 @@ TEST_F(UnfinishedLayer, GoesOnWithOtherSourcesAsAnUpdateDoes) {
   expect_as_new(request());
 }
 
-// A run that ends inside a block leaves tiles of it in the store. When no source reaches there any more, they have to go.
+// A run that ends inside a block leaves tiles of it in the store. When no source reaches there any more, they
+// have to go.
 TEST_F(UnfinishedLayer, LeavesNoTilesOfABlockThatWasBegunAndLostItsSource) {
   write_input(one_code, "west.tif");
   RasterSpec east{.width = 300, .height = 300, .tile = 64};
@@ -216,8 +219,8 @@ TEST_F(UnfinishedLayer, LeavesNoTilesOfABlockThatWasBegunAndLostItsSource) {
     ASSERT_TRUE(again);
     auto writer = open_or_create(store_, again->crs, again->extent());
     ASSERT_TRUE(writer);
-    // The writer is let go with tiles of a block put and its mark not yet set, as a killed process leaves them at a checkpoint: every
-    // second report of progress comes from inside a block.
+    // The writer is let go with tiles of a block put and its mark not yet set, as a killed process leaves
+    // them at a checkpoint: every second report of progress comes from inside a block.
     std::atomic<bool> cancel = false;
     int reports = 0;
     const auto stopped =

@@ -1,4 +1,5 @@
-// Sources change under a finished store: only what depends on the change is built again, and nothing in the result tells.
+// Sources change under a finished store: only what depends on the change is built again, and nothing in the
+// result tells.
 #include <gtest/gtest.h>
 
 #include <fstream>
@@ -63,7 +64,8 @@ TEST_F(Update, AChangedTexelCostsItsBlockAndItsAncestors) {
   const BuildReport report = build(folder_ / "store.vts", request(), updating());
   EXPECT_FALSE(report.was_complete);
   EXPECT_EQ(report.blocks_checked, 20 * 15);
-  // The source's tiles are 64 texels, as are the blocks, and a block also reads an apron: at most 3 x 3 blocks see the changed tile.
+  // The source's tiles are 64 texels, as are the blocks, and a block also reads an apron: at most 3 x 3
+  // blocks see the changed tile.
   EXPECT_GE(report.blocks_changed, 1);
   EXPECT_LE(report.blocks_changed, 9);
   // At most a few of the ancestors' tiles a level can differ: the kernel reaches 6 texels.
@@ -233,7 +235,8 @@ TEST(UpdateOfParts, GivesWhatANewBuildGives) {
   EXPECT_EQ(quality("store.vts"), quality("anew.vts"));
 }
 
-// What codes mean may follow from the first source. Another one cannot give them another meaning in the blocks that change.
+// What codes mean may follow from the first source. Another one cannot give them another meaning in the
+// blocks that change.
 TEST(UpdateOfParts, CodesKeepTheirMeaning) {
   const test::TempFolder folder;
   const auto height = [](std::int64_t x, std::int64_t, int) { return static_cast<double>(x); };

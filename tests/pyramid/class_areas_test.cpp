@@ -1,4 +1,5 @@
-// Layers of classes whose finest texels lie over many samples: their areas become counts, and the counts go on exactly.
+// Layers of classes whose finest texels lie over many samples: their areas become counts, and the counts go
+// on exactly.
 #include "builder/channels/codec/class_areas.h"
 
 #include <gtest/gtest.h>

@@ -43,8 +43,9 @@ ClassImage image_of(const LayerShape& layer, const Make& make) {
 
 using Histogram = std::map<int, std::uint64_t>;
 
-// The definition: all texels of the finest level under a texel, counted one by one. A column past the edge of a closed level that does not
-// wrap is the nearer of the two that it lies between; so are all columns finer ones are under.
+// The definition: all texels of the finest level under a texel, counted one by one. A column past the edge of
+// a closed level that does not wrap is the nearer of the two that it lies between; so are all columns finer
+// ones are under.
 Histogram histogram_under(const ClassImage& base, int level, std::int64_t x, std::int64_t y) {
   Histogram histogram;
   const TexelRect data = base.layer.data_at(level);
@@ -90,7 +91,8 @@ class ClassJudge final : public RowSink {
     const TexelRect& core = cascade_.level(k).core;
     const int level = depth_ + k;
     bool opaque = true;
-    // Past the edges of a closed level that does not wrap nobody asks for classes: texels without data have none to borrow.
+    // Past the edges of a closed level that does not wrap nobody asks for classes: texels without data have
+    // none to borrow.
     const bool has_sides = !base_.layer.is_closed || base_.layer.wraps_at(level);
     for (std::int64_t i = has_sides ? -1 : 0; i < core.width + (has_sides ? 1 : 0); ++i) {
       expect_planes(rows.above, i, histogram_under(base_, level, core.x + i, y - 1), level, ranked_);
@@ -182,8 +184,8 @@ TEST(ClassCascade, EveryLevelCountsTheFinestWhateverTheBlocks) {
     }
 }
 
-// The coarsest level of 180 columns of a closed layer whose own columns are whole: 45 of 4, and of the next one the last stands for columns
-// 176 to 179 and, past the seam, 0 to 3.
+// The coarsest level of 180 columns of a closed layer whose own columns are whole: 45 of 4, and of the next
+// one the last stands for columns 176 to 179 and, past the seam, 0 to 3.
 TEST(ClassCascade, ATexelOverTheSeamCountsBothSides) {
   const LayerShape layer{{0, 0, 180, 8}, true};
   const ClassImage base = image_of(layer, [](std::int64_t x, std::int64_t y) { return static_cast<int>((x * 7 + y * 3) % 5); });

@@ -39,8 +39,8 @@ Levels levels_with_centres(const test::WholeImage& base, const channels::CentreR
       {.base = base, .kernel = box_kernel(), .rules = rules(), .centre_range = range, .levels_at_once = levels_at_once});
 }
 
-// A hyperbolic paraboloid is straight along rows and along columns: every texel has its height at the centre, also those whose centre lies
-// outside the data, down to levels of two texels.
+// A hyperbolic paraboloid is straight along rows and along columns: every texel has its height at the centre,
+// also those whose centre lies outside the data, down to levels of two texels.
 TEST(EdgeCentres, HeightsBelongToTheCentresOfTheirTexelsAtEverySizeAndLevel) {
   const auto height = [](double x, double y) { return 3.0 * x - 2.0 * y + 0.01 * x * y + 100.0; };
   for (const TexelRect data : {TexelRect{0, 0, 257, 65}, TexelRect{0, 0, 65, 257}, TexelRect{0, 0, 100, 37}, TexelRect{0, 0, 129, 128},
@@ -52,12 +52,14 @@ TEST(EdgeCentres, HeightsBelongToTheCentresOfTheirTexelsAtEverySizeAndLevel) {
         const double scale = std::exp2(static_cast<double>(k));
         for (std::int64_t y = 0; y < level.data.height; ++y)
           for (std::int64_t x = 0; x < level.data.width; ++x) {
-            // One row or column alone says nothing of the slope across it: it stays in the middle of its data.
+            // One row or column alone says nothing of the slope across it: it stays in the middle of its
+            // data.
             const auto centre = [&](std::int64_t i, std::int64_t count, std::int64_t finest) {
               return count == 1 ? static_cast<double>(finest) / 2.0 : (static_cast<double>(i) + 0.5) * scale;
             };
             const double wanted = height(centre(x, level.data.width, data.width), centre(y, level.data.height, data.height));
-            // Floats of about 1000, added up and divided; lines through two of them may double the rounding at each axis.
+            // Floats of about 1000, added up and divided; lines through two of them may double the rounding
+            // at each axis.
             ASSERT_NEAR(level.get(x, y, 0) / level.get(x, y, 1), wanted, 0.002)
                 << data.width << " x " << data.height << ", level " << k << ": " << x << ", " << y;
           }
@@ -65,7 +67,8 @@ TEST(EdgeCentres, HeightsBelongToTheCentresOfTheirTexelsAtEverySizeAndLevel) {
     }
 }
 
-// What goes on is the mean all the same: the sum of heights is that of the finest level, and the coarsest texel is the mean of all.
+// What goes on is the mean all the same: the sum of heights is that of the finest level, and the coarsest
+// texel is the mean of all.
 TEST(EdgeCentres, CoarserLevelsAreMadeOfMeans) {
   const auto height = [](double x, double y) { return std::sin(x) * 50.0 + y; };
   const test::WholeImage base = heights_of({.data = {0, 0, 77, 51}}, height);
@@ -137,7 +140,8 @@ TEST(EdgeCentres, ValuesInTwoPlanesAreContinuedInDoublePrecision) {
     for (std::int64_t y = 0; y < level.data.height; ++y)
       for (std::int64_t x = 0; x < level.data.width; ++x) {
         const double stored = (static_cast<double>(level.get(x, y, 0)) + static_cast<double>(level.get(x, y, 1))) / level.get(x, y, 2);
-        // Two floats hold 48 bits of 2^31; each level rounds once, and a line through two means may treble that at each axis.
+        // Two floats hold 48 bits of 2^31; each level rounds once, and a line through two means may treble
+        // that at each axis.
         ASSERT_NEAR(stored, height((static_cast<double>(x) + 0.5) * scale, (static_cast<double>(y) + 0.5) * scale),
                     9.0 * static_cast<double>(k + 1) * 0x1p-17)
             << "level " << k << ": " << x << ", " << y;
@@ -159,7 +163,8 @@ TEST(EdgeCentres, NothingIsContinuedFromVoidsNorPastWhatTheFormatHolds) {
   EXPECT_EQ(free[1].get(5, 0, 0) / free[1].get(5, 0, 1), 110.0F);
 }
 
-// No edge cuts a column of a closed layer: the last one goes on at the other side, whose mean with this one belongs to its centre.
+// No edge cuts a column of a closed layer: the last one goes on at the other side, whose mean with this one
+// belongs to its centre.
 TEST(EdgeCentres, OfAClosedLayerOnlyRowsAreContinued) {
   const auto height = [](double x, double y) { return 10.0 * std::cos(x * std::acos(-1.0) / 45.0) + y; };
   const test::WholeImage base = heights_of({.data = {0, 0, 45, 7}, .is_closed = true}, height);

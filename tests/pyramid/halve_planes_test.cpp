@@ -1,5 +1,5 @@
-// What kernels make of the edges of the data, of holes in them and of the seam of a closed layer, held to independent definitions in double
-// precision.
+// What kernels make of the edges of the data, of holes in them and of the seam of a closed layer, held to
+// independent definitions in double precision.
 #include "builder/pyramid/halve_planes.h"
 
 #include <gtest/gtest.h>
@@ -73,8 +73,8 @@ std::vector<HalvingKernel> means() {
   return kernels;
 }
 
-// Coverage and light of all levels are those of the finest: of opaque images, of holes of every shape, of odd sizes, with all light in a
-// frame at the edge and with light that changes from texel to texel.
+// Coverage and light of all levels are those of the finest: of opaque images, of holes of every shape, of odd
+// sizes, with all light in a frame at the edge and with light that changes from texel to texel.
 TEST(HalvePlanes, NoLevelGainsOrLosesCoverageOrLight) {
   const auto frame = [](const TexelRect& data) {
     return [data](std::int64_t x, std::int64_t y) {
@@ -120,7 +120,8 @@ TEST(HalvePlanes, CoverageIsTheAreaWithData) {
     }
 }
 
-// Opaque data of even size stay opaque to the last texel, and a constant stays a constant whatever is missing.
+// Opaque data of even size stay opaque to the last texel, and a constant stays a constant whatever is
+// missing.
 TEST(HalvePlanes, AConstantStaysConstantWhateverIsMissing) {
   for (const HalvingKernel& kernel : means())
     for (const auto& weight : {std::function(opaque), blobs(3, 80, false), blobs(4, 80, true), noise(9)}) {
@@ -225,8 +226,9 @@ TEST(HalvePlanes, ACutTexelHasTheColourOfItsMirroredSelf) {
   }
 }
 
-// One pass over rows of texels that are not all there, by what it means: every coarse texel begins with the mean of its two, then all pairs
-// of fine texels that lie mirrored about an edge between coarse ones exchange.
+// One pass over rows of texels that are not all there, by what it means: every coarse texel begins with the
+// mean of its two, then all pairs of fine texels that lie mirrored about an edge between coarse ones
+// exchange.
 void exchange(std::vector<double>& values, std::vector<double>& weights, const HalvingKernel& kernel) {
   const auto count = static_cast<std::int64_t>(values.size());
   const auto value = [&](const std::vector<double>& row, std::int64_t x) {
@@ -343,8 +345,9 @@ TEST(HalvePlanes, AcrossTheSeamOfAClosedLayerKernelsSeeTheOtherSide) {
     }
 }
 
-// Where the period is no whole number of texels, a column past the edge is taken between two. How far the levels of an endless row are off
-// beside the seam, against those of rows that end in a mirror: the figures of layer_shape.h.
+// Where the period is no whole number of texels, a column past the edge is taken between two. How far the
+// levels of an endless row are off beside the seam, against those of rows that end in a mirror: the figures
+// of layer_shape.h.
 TEST(HalvePlanes, BesideTheSeamOfAnOddWidthErrorsAreAFractionOfThoseOfMirrors) {
   for (const std::int64_t width : {180, 675})
     for (const HalvingKernel& kernel : {box_kernel(), kaiser3_kernel()}) {

@@ -10,7 +10,8 @@
 namespace vt::pyramid {
 namespace {
 
-// Gain at a frequency given in units of the coarse grid's Nyquist frequency, which is a quarter of the fine grid's sampling rate.
+// Gain at a frequency given in units of the coarse grid's Nyquist frequency, which is a quarter of the fine
+// grid's sampling rate.
 double gain(const HalvingKernel& kernel, double nyquist) {
   double sum = 0.0;
   for (int t = 0; t < kernel.taps; ++t)
@@ -46,8 +47,8 @@ double step_overshoot(const HalvingKernel& kernel) {
   return greatest - 1.0;
 }
 
-// Computed from the kernels' definitions in double precision; rounding the weights to 2^-20 moves a gain or a sum by less than
-// 20 * 2^-21 = 1e-5, the rest is the table's own rounding.
+// Computed from the kernels' definitions in double precision; rounding the weights to 2^-20 moves a gain or a
+// sum by less than 20 * 2^-21 = 1e-5, the rest is the table's own rounding.
 TEST(HalvingKernel, GainsAndOvershootAreThoseOfTheDefinitions) {
   struct Row {
     const HalvingKernel& kernel;

@@ -14,8 +14,8 @@ TEST(LayerShape, WrapsAsLongAsTheWidthCanBeHalved) {
   EXPECT_FALSE(open.wraps_at(0));
 }
 
-// The columns of a level lie on a circle. One past the edge has its centre between those of the two that it is taken from, as far from each
-// as the shares say.
+// The columns of a level lie on a circle. One past the edge has its centre between those of the two that it
+// is taken from, as far from each as the shares say.
 TEST(LayerShape, ColumnsPastTheEdgeLieWhereTheirSharesSay) {
   for (const std::int64_t width : {360, 45, 7, 3, 1, 1 << 20, 43201})
     for (int depth = 0; depth <= 7; ++depth) {

@@ -52,7 +52,8 @@ std::vector<HalvingKernel> every_kernel() {
   return kernels;
 }
 
-// Widths of closed layers that can be halved often, once and never; of the last, blocks of fractional levels lie at the seam.
+// Widths of closed layers that can be halved often, once and never; of the last, blocks of fractional levels
+// lie at the seam.
 std::vector<LayerShape> every_shape() {
   return {{.data = {0, 0, 101, 53}},
           {.data = {0, 0, 1, 39}},
@@ -65,7 +66,8 @@ std::vector<LayerShape> every_shape() {
           {.data = {0, 0, 1, 5}, .is_closed = true}};
 }
 
-// Each level of blocks in tiers of one, two and all levels, whose only tie is carry, and the neighbours that blocks show of their texels.
+// Each level of blocks in tiers of one, two and all levels, whose only tie is carry, and the neighbours that
+// blocks show of their texels.
 TEST(PlaneCascade, BlocksEqualTheWholeImageBitForBit) {
   for (const HalvingKernel& kernel : every_kernel())
     for (const Content content : {Content::kOpaque, Content::kHoles, Content::kTranslucent})
@@ -83,8 +85,8 @@ TEST(PlaneCascade, BlocksEqualTheWholeImageBitForBit) {
       }
 }
 
-// A value in two planes is the double-precision mean at every level: 9 levels of heights about 2^31 and about 10^6 with a relief of
-// millimetres, holes among them, against sums in long double over all finest texels.
+// A value in two planes is the double-precision mean at every level: 9 levels of heights about 2^31 and about
+// 10^6 with a relief of millimetres, holes among them, against sums in long double over all finest texels.
 TEST(PlaneCascade, APlaneAndItsRemainderAreTheMeanInDoublePrecision) {
   const test::PlaneRules pair{{PlaneRule::kLinear, PlaneRule::kRemainder, PlaneRule::kLinear}, kCascadeWeight};
   constexpr std::int64_t kEdge = 512;

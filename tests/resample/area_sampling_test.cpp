@@ -1,4 +1,5 @@
-// Layers that are coarser than their sources, and sources that continue each other, against brute force over every sample.
+// Layers that are coarser than their sources, and sources that continue each other, against brute force over
+// every sample.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -110,7 +111,8 @@ Texels texels_of(const BaseSampler& sampler, const TexelRect& layer, std::int64_
   return texels;
 }
 
-// The definition of a surface's weight at `centre` over `width` samples, along one axis: intervals of n and n + 1 samples, in long double.
+// The definition of a surface's weight at `centre` over `width` samples, along one axis: intervals of n and n
+// + 1 samples, in long double.
 long double surface_weight(long double centre, long double width, std::int64_t sample, std::int64_t end) {
   const long double to_end = std::min(centre, static_cast<long double>(end) - centre);
   width = std::max<long double>(1, std::min(width, 2 * to_end));
@@ -124,8 +126,8 @@ long double surface_weight(long double centre, long double width, std::int64_t s
   return (1 - rest) * covered(whole) + rest * covered(whole + 1);
 }
 
-// The definition: planes of every sample, as the codec derives them, by the area that the texel's quadrilateral covers of it; of a surface
-// by its own weights.
+// The definition: planes of every sample, as the codec derives them, by the area that the texel's
+// quadrilateral covers of it; of a surface by its own weights.
 std::vector<double> defined_texel(const PlacedSource& source, std::int64_t x, std::int64_t y) {
   const auto fx = static_cast<double>(x);
   const auto fy = static_cast<double>(y);
@@ -267,7 +269,8 @@ TEST(AreaSampling, ATexelIsTheMeanOfAllThatLiesUnderIt) {
               ASSERT_NEAR(both, w, 1e-12 * std::max(1.0, std::abs(w))) << kind.name << " of " << x << "," << y;
               continue;
             }
-            // Near an edge a surface's weights are narrower than its footprint along one axis alone: samples beside both may be touched.
+            // Near an edge a surface's weights are narrower than its footprint along one axis alone: samples
+            // beside both may be touched.
             const channels::PlaneRule rule = sampler.codec().rules()[static_cast<std::size_t>(p)];
             const bool is_near_edge = centre.x < 6 || centre.y < 6 || centre.x > 55 || centre.y > 47;
             if (is_near_edge && !is_sum(rule)) {
@@ -311,7 +314,8 @@ TEST(AreaSampling, WholeRatiosKeepTheMeanOfTheSource) {
   }
 }
 
-// What a texel is does not depend on what is read with it: in one piece, one by one, and through bands of rows and halves.
+// What a texel is does not depend on what is read with it: in one piece, one by one, and through bands of
+// rows and halves.
 TEST(AreaSampling, PiecesDoNotShow) {
   const TexelRect layer{0, 0, 40, 36};
   const geo::Crs utm = geo::Crs::from_epsg(32633).value();
@@ -322,7 +326,8 @@ TEST(AreaSampling, PiecesDoNotShow) {
       placed(raster, kHeights, kOneFloat, {0.0, 0.06, 0.0, 0.0, 0.0, -0.06}, grid, layer),
       placed(raster, kHeights, kOneFloat, turned(2.0, -5.0, 0.05, 0.6), grid, layer),
       placed(raster, kHeights, kOneFloat, turned(2.0, -5.0, 0.9, 0.6), grid, layer),
-      // From one sample under a texel in the west to two in the east, so that both ways of making texels meet.
+      // From one sample under a texel in the west to two in the east, so that both ways of making texels
+      // meet.
       placed(raster, kHeights, kOneFloat, {500000.0, 110000.0 / 80, 0.0, 7000000.0, 0.0, -110000.0 / 30}, {15.0, 63.0, 0.033, 0.033}, layer,
              utm, geographic),
       placed({700, 640, 1, [](auto x, auto y, int b) { return std::floor(4 * noise(x / 3, y / 3, b)); }},
@@ -480,7 +485,8 @@ std::vector<PlacedSource> files_of(const Raster& whole, const std::vector<TexelR
   return files;
 }
 
-// Two and four files, overlapping ones, holes and coverage among them, at every offset of the grids, finer and coarser.
+// Two and four files, overlapping ones, holes and coverage among them, at every offset of the grids, finer
+// and coarser.
 TEST(AreaSampling, FilesOfOneGridAreOneRaster) {
   const TexelRect layer{0, 0, 30, 26};
   const GridPlacement grid{0.0, 0.0, 1.0, 1.0};
@@ -579,8 +585,8 @@ PlacedSource aligned(const ChannelSettings& settings, const Raster& raster, cons
   return source;
 }
 
-// A finer source in a mosaic: inside it is the area's mean, at its border the texel is made of both by their areas. A height belongs to the
-// one that has the texel's centre, its bounds to both.
+// A finer source in a mosaic: inside it is the area's mean, at its border the texel is made of both by their
+// areas. A height belongs to the one that has the texel's centre, its bounds to both.
 TEST(AreaSampling, AnInsetIsSeenByItsArea) {
   const TexelRect layer{0, 0, 24, 20};
   const Raster base{.width = 24, .height = 20, .bands = 1, .value = [](auto, auto, int) { return 10.0; }};
@@ -623,7 +629,8 @@ TEST(AreaSampling, AnInsetIsSeenByItsArea) {
     }
 }
 
-// Two sources of different grids that end at one edge: what lies below does not shine through the upper one's last texels.
+// Two sources of different grids that end at one edge: what lies below does not shine through the upper one's
+// last texels.
 TEST(AreaSampling, WhatIsBelowDoesNotShineThroughAtACommonEdge) {
   const TexelRect layer{0, 0, 12, 12};
   const GridPlacement grid{0.0, 0.0, 1.0, 1.0};
@@ -658,7 +665,8 @@ TEST(AreaSampling, ASeamBetweenGridsBelongsToBoth) {
     const PlacedSource east = placed(ramp(8.3, 0.25, 40), settings, kOneFloat, {8.3, 0.25, 0.0, 0.0, 0.0, -0.25}, grid, layer);
     const Texels texels = texels_of(BaseSampler({west, east}, 20, 6), layer);
     for (std::int64_t x = 1; x < 18; ++x) {
-      // The texel at the seam is cut to a 64th; east of it the ratio is whole, but texels do not begin where samples do.
+      // The texel at the seam is cut to a 64th; east of it the ratio is whole, but texels do not begin where
+      // samples do.
       ASSERT_NEAR(texels.at(x, 2, 0), static_cast<double>(x) + 0.5, texels.planes == 2 ? 0.02 : 1e-5) << x;
       ASSERT_EQ(texels.at(x, 2, 1), 1.0F);
     }

@@ -30,7 +30,8 @@ void expect_defined(const Quad& quad) {
   for (std::int64_t y = low(quad.least_y()); y <= low(quad.greatest_y()) + 2; ++y)
     for (std::int64_t x = low(quad.least_x()); x <= low(quad.greatest_x()) + 2; ++x) {
       const auto found = covered.find({x, y});
-      // Differences of areas of up to the footprint's width, in double: 1e-16 of some hundred samples, and a few operations.
+      // Differences of areas of up to the footprint's width, in double: 1e-16 of some hundred samples, and a
+      // few operations.
       ASSERT_NEAR(found == covered.end() ? 0.0 : found->second, static_cast<double>(test::covered_area(polygon, x, y)), 1e-12)
           << x << "," << y << " of " << quad.corner[0].x << "," << quad.corner[0].y << " " << quad.corner[1].x << "," << quad.corner[1].y
           << " " << quad.corner[2].x << "," << quad.corner[2].y << " " << quad.corner[3].x << "," << quad.corner[3].y;

@@ -18,8 +18,9 @@ struct Pair {
   geo::GeoTransform source;
 };
 
-// Grids far from where their projections are true, with texels about as large as samples. Between conformal systems both coordinates of the
-// map are harmonic: what a test in the middle of a cell sees of the error cancels.
+// Grids far from where their projections are true, with texels about as large as samples. Between conformal
+// systems both coordinates of the map are harmonic: what a test in the middle of a cell sees of the error
+// cancels.
 std::vector<Pair> pairs() {
   const auto utm = [](double x, double y, double step) { return geo::GeoTransform{x, step, 0.0, y, 0.0, -step}; };
   return {
@@ -50,7 +51,8 @@ TEST(GridWarp, EveryTexelLiesWhereTheProjectionsPutIt) {
       const Point2 next = warp.exact({x + 1, y});
       const Point2 below = warp.exact({x, y + 1});
       const double size = std::max({1.0, std::hypot(next.x - exact.x, next.y - exact.y), std::hypot(below.x - exact.x, below.y - exact.y)});
-      // Places of a cell beside the four that were tested may err by a little more: 1.03 times for the leading terms.
+      // Places of a cell beside the four that were tested may err by a little more: 1.03 times for the
+      // leading terms.
       ASSERT_NEAR(found.x, exact.x, 1.1 * GridWarp::kTolerance * size) << pair.name << " " << x << "," << y;
       ASSERT_NEAR(found.y, exact.y, 1.1 * GridWarp::kTolerance * size) << pair.name << " " << x << "," << y;
     };
@@ -118,8 +120,8 @@ TEST(GridWarp, RastersOfOneGridKnowTheirOffset) {
   }
 }
 
-// A source that lies in a layer in two turns of the globe is two rasters, as far apart as a turn has samples. Where its own system has no
-// turns, they never are one raster: the samples would have the same places.
+// A source that lies in a layer in two turns of the globe is two rasters, as far apart as a turn has samples.
+// Where its own system has no turns, they never are one raster: the samples would have the same places.
 TEST(GridWarp, RastersInOtherTurnsAreATurnApart) {
   const geo::Crs degrees = geo::Crs::from_epsg(4326).value();
   const GridPlacement grid{-190.0, 60.0, 0.7, 0.7};

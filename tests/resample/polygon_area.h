@@ -1,5 +1,5 @@
-// The definition of what a polygon covers of a sample: cut it by the sample's four edges, take the area of what is left (Sutherland &
-// Hodgman 1974, and the shoelace formula), all in long double.
+// The definition of what a polygon covers of a sample: cut it by the sample's four edges, take the area of
+// what is left (Sutherland & Hodgman 1974, and the shoelace formula), all in long double.
 #pragma once
 
 #include <array>

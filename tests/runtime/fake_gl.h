@@ -1,6 +1,6 @@
-// An OpenGL 1.2 that only remembers: textures are arrays in memory, bindings and matrices are variables. Any other name is refused and
-// counted. Lets the whole runtime be tested, under the thread sanitizer too, and shows what a real GL hides: what lies in a texture that is
-// being filled.
+// An OpenGL 1.2 that only remembers: textures are arrays in memory, bindings and matrices are variables. Any
+// other name is refused and counted. Lets the whole runtime be tested, under the thread sanitizer too, and
+// shows what a real GL hides: what lies in a texture that is being filled.
 #pragma once
 
 #include <array>

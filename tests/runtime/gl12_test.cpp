@@ -1,4 +1,5 @@
-// The fixed-function path on a real OpenGL: what is drawn through the virtual texture is what an ordinary texture would show.
+// The fixed-function path on a real OpenGL: what is drawn through the virtual texture is what an ordinary
+// texture would show.
 #include "tests/runtime/gl_fixture.h"
 
 namespace vt::runtime {
@@ -24,7 +25,8 @@ class Gl12 : public test::GlTest {
   test::StrictGetProc strict_;
 };
 
-// 8-bit filter weights of the software rasterizer: a window by texture matrix differs from the whole texture by at most 2 on white noise.
+// 8-bit filter weights of the software rasterizer: a window by texture matrix differs from the whole texture
+// by at most 2 on white noise.
 constexpr int kWindowTolerance = 2;
 
 TEST_F(Gl12, AQuadThroughTheVirtualTextureEqualsOneOrdinaryTexture) {

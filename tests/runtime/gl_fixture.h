@@ -1,5 +1,5 @@
-// A real OpenGL context for a test, with what it takes to draw a quad the ordinary way. The fixed-function part uses OpenGL 1.2 alone, so
-// that the trace of a whole test program can be checked.
+// A real OpenGL context for a test, with what it takes to draw a quad the ordinary way. The fixed-function
+// part uses OpenGL 1.2 alone, so that the trace of a whole test program can be checked.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -67,7 +67,8 @@ inline int lit_pixels(const Frame& frame) {
   return count;
 }
 
-// A quad in a view: its corners in the plane (x, y) of -1..1, and the matrix that takes (x, y, 0) to the screen.
+// A quad in a view: its corners in the plane (x, y) of -1..1, and the matrix that takes (x, y, 0) to the
+// screen.
 struct QuadView {
   const char* name;
   std::array<double, 16> matrix;
@@ -163,7 +164,8 @@ class GlTest : public ::testing::Test {
     return frame;
   }
 
-  // Fixed function: the quad with texture coordinates from `low` to `high`, as doubles that become floats only in GL.
+  // Fixed function: the quad with texture coordinates from `low` to `high`, as doubles that become floats
+  // only in GL.
   Frame draw_fixed(const QuadView& view, Point2 low, Point2 high) {
     gl_.Clear(gl::GL_COLOR_BUFFER_BIT);
     gl_.Enable(gl::GL_TEXTURE_2D);

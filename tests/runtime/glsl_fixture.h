@@ -1,5 +1,5 @@
-// A real OpenGL context for tests of the shader path, in the compatibility profile (GLSL 1.20) or the 3.3 core profile, with what it takes
-// to draw a quad through a program.
+// A real OpenGL context for tests of the shader path, in the compatibility profile (GLSL 1.20) or the 3.3
+// core profile, with what it takes to draw a quad through a program.
 #pragma once
 
 #include <string>

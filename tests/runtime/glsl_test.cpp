@@ -115,7 +115,8 @@ TEST_P(Glsl, StagesAreCombinedAsACompositorOnTheCpuWould) {
       texture.bind(*binding, set, {0.5, 0.5});
       const Frame drawn = draw(shader, quad_views()[0], {-0.5, -0.5}, {0.5, 0.5});
 
-      // On the CPU: the first of the selected tiles that a pixel's center lies in. Every level has its own tint.
+      // On the CPU: the first of the selected tiles that a pixel's center lies in. Every level has its own
+      // tint.
       std::vector<VirtualTexture::TileState> tiles = texture.tiles();
       std::map<int, std::set<std::array<std::uint8_t, 3>>> seen;
       for (int y = 0; y < kFrame; ++y)

@@ -50,7 +50,8 @@ TEST(HeightField, ARampStaysARampAtEveryLevelAndAHoleStaysOutOfIt) {
   }
 }
 
-// Every level holds heights of the finest level as they are: a coarse texel's is that of the north-western finest texel under it.
+// Every level holds heights of the finest level as they are: a coarse texel's is that of the north-western
+// finest texel under it.
 TEST(HeightField, ARampOfPickedHeightsStaysTheSameRamp) {
   test::TempFolder folder;
   const Area area{.west = 0, .south = 0, .east = 256, .north = 256};

@@ -51,7 +51,8 @@ TEST(Equations, CenterMapsToOneHalfAndCornerToZero) {
 }
 
 TEST(Equations, EquationSevenIsTheConstantTermAndIsExactInFloatOnTheGrid) {
-  // The clamped center is what makes it exact: 2^(vt-level-tile) * center then has at most as many bits as the grid.
+  // The clamped center is what makes it exact: 2^(vt-level-tile) * center then has at most as many bits as
+  // the grid.
   for (int level = 0; level <= 12; ++level) {
     const int vt = 21;
     const int tile = 9;
@@ -165,7 +166,8 @@ TEST(TileMatrix, LocalCoordinatesInFloatStayWithinAHundredthOfATexelUpToVt31) {
 }
 
 TEST(TileMatrix, GlobalCoordinatesInFloatWouldNotDo) {
-  // The reason for origins: without one, vt = 24 is a whole texel off. A test that could not tell the two apart would prove nothing.
+  // The reason for origins: without one, vt = 24 is a whole texel off. A test that could not tell the two
+  // apart would prove nothing.
   std::mt19937_64 random(4);
   const Case c = random_case(random, 24);
   const VtMapping mapping(c.area, c.layer);

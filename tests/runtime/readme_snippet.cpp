@@ -1,5 +1,5 @@
-// The loop of an image generator as README.md shows it, so that what newcomers copy compiles. Only compiled, never run; cli/readme_test
-// holds the text between the marks against the README.
+// The loop of an image generator as README.md shows it, so that what newcomers copy compiles. Only compiled,
+// never run; cli/readme_test holds the text between the marks against the README.
 
 // README: from here
 #include "runtime/virtual_texture.h"

@@ -110,7 +110,8 @@ inline Result<std::shared_ptr<const store::StoreReader>> make_store(const std::f
   return std::make_shared<const store::StoreReader>(std::move(reader));
 }
 
-// Texels by formula, with no store: for virtual textures of any nominal size. Counts, watches threads, fails or waits on demand.
+// Texels by formula, with no store: for virtual textures of any nominal size. Counts, watches threads, fails
+// or waits on demand.
 class PaintedSource final : public TileSource {
  public:
   PaintedSource(TexelFormat format, Paint paint) : format_(format), paint_(std::move(paint)) {}

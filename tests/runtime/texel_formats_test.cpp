@@ -1,5 +1,5 @@
-// Every texel format on a real OpenGL: a tile of noise drawn texel by texel is what the store's decoder says, on the shader path with
-// blocks as they are and decoded, and on the fixed path where it has such textures.
+// Every texel format on a real OpenGL: a tile of noise drawn texel by texel is what the store's decoder says,
+// on the shader path with blocks as they are and decoded, and on the fixed path where it has such textures.
 #include <algorithm>
 #include <cmath>
 
@@ -70,8 +70,9 @@ std::vector<float> wanted_texels(const Painted& p) {
   return texels;
 }
 
-// The frame's rows come from the bottom. A frame's code is a rounded value: one code apart at most. Where the driver decodes sevenths and
-// fifths to whole codes, by rounding down as Mesa does, that takes up to one more.
+// The frame's rows come from the bottom. A frame's code is a rounded value: one code apart at most. Where the
+// driver decodes sevenths and fifths to whole codes, by rounding down as Mesa does, that takes up to one
+// more.
 void expect_frame(const Frame& frame, const std::vector<float>& wanted, std::span<const std::size_t> channels, const char* name,
                   bool is_decoded_by_driver) {
   const float tolerance = is_decoded_by_driver ? 2.0F : 1.0F;

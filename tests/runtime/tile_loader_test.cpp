@@ -38,7 +38,8 @@ LevelLayout level_layout(int level, int exponent, int mips) {
           .hop = 1 << (exponent - 1)};
 }
 
-// What a mip must be, from the formula alone; `present` says which texels of a level were written, holes come from coarser levels.
+// What a mip must be, from the formula alone; `present` says which texels of a level were written, holes come
+// from coarser levels.
 std::vector<std::byte> expected_mip(const LayerInfo& layer, const Paint& paint, const std::function<bool(TileId)>& skip, Level level,
                                     const TexelRect& rect) {
   const FormatInfo& format = format_info(layer.format);

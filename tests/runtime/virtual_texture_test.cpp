@@ -379,7 +379,8 @@ TEST(VirtualTexture, TheLayoutForABudgetFitsItAndUsesIt) {
 }
 
 TEST(VirtualTexture, MovingTheCenterDoesNotMoveTheTexture) {
-  // Row 14: what a fixed place shows is the same to the last bit wherever the center is, as long as its level is shown.
+  // Row 14: what a fixed place shows is the same to the last bit wherever the center is, as long as its level
+  // is shown.
   Rig rig(small_options(), 10);
   rig.attach();
   const Point2 place{0.5003, 0.4996};

@@ -109,7 +109,8 @@ TEST(DatasetSchema, RejectsEachWrongDocument) {
   }
 }
 
-// Follows the schema itself: a person must be able to read what each property is for, and nothing unknown may pass.
+// Follows the schema itself: a person must be able to read what each property is for, and nothing unknown may
+// pass.
 TEST(DatasetSchema, DescribesEveryPropertyAndClosesEveryObject) {
   std::ifstream file(VT_SCHEMAS "/dataset.schema.json");
   const json schema = json::parse(file);

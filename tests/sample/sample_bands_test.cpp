@@ -41,7 +41,8 @@ TEST(SampleBands, SameBytesWithOneThreadAndWithTwo) {
   EXPECT_FALSE(same(one, whole_scene(8, 1024))) << "the seed must matter";
 }
 
-// A square must not know where the squares are cut: a scene of another size, whose squares lie elsewhere, shows the same land.
+// A square must not know where the squares are cut: a scene of another size, whose squares lie elsewhere,
+// shows the same land.
 TEST(SampleBands, SmallerSceneIsTheMiddleOfTheLarger) {
   constexpr std::int64_t kInner = 1304;  // not a multiple of 256, so that all seams move
   const Band inner = whole_scene(1, kInner);
@@ -100,7 +101,8 @@ TEST(SampleBands, WaterIsWhereTheLandLiesBelowIt) {
   std::size_t sea = 0, river = 0, dry = 0;
   for (std::int64_t y = 1; y + 1 < kSize / 4; ++y) {
     for (std::int64_t x = 1; x + 1 < kSize / 4; ++x) {
-      // Ask the world at this texel and its neighbours; near a shore the layers may differ by their resolution.
+      // Ask the world at this texel and its neighbours; near a shore the layers may differ by their
+      // resolution.
       bool all_wet = true, all_dry = true;
       Ground here{};
       for (const auto& [dx, dy] : {std::pair{0, 0}, {-1, 0}, {1, 0}, {0, -1}, {0, 1}, {-1, -1}, {1, 1}, {-1, 1}, {1, -1}}) {
@@ -166,7 +168,8 @@ TEST(SampleBands, ColorsTellTheClasses) {
 }
 
 TEST(SampleBands, SunLightsTheSlopesThatFaceIt) {
-  // Over open rock, grass and snow: texels on slopes that face north-west are brighter than those that turn away.
+  // Over open rock, grass and snow: texels on slopes that face north-west are brighter than those that turn
+  // away.
   double lit = 0, lit_count = 0, turned = 0, turned_count = 0;
   const std::int64_t width = kSize / 4;
   for (std::int64_t y = 1; y + 1 < width; ++y) {

@@ -1,5 +1,5 @@
-// Crashes at every moment: replays of the writer's own log of writes, full disks, killed processes. What was committed is there, whole, and
-// nothing else.
+// Crashes at every moment: replays of the writer's own log of writes, full disks, killed processes. What was
+// committed is there, whole, and nothing else.
 #include <fcntl.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -84,8 +84,8 @@ Result<void> apply(StoreWriter& writer, LayerId id, std::uint64_t version) {
   }
   return {};
 }
-// Version 1 is empty; version 2 has the layer; version v has the changes of 3..v. A commit always has something to write: the metadata
-// names it.
+// Version 1 is empty; version 2 has the layer; version v has the changes of 3..v. A commit always has
+// something to write: the metadata names it.
 Result<void> commit_version(StoreWriter& writer, LayerId id, std::uint64_t version) {
   VT_CHECK(apply(writer, id, version));
   VT_CHECK(writer.set_metadata(id, std::to_string(version)));
@@ -96,8 +96,8 @@ Contents contents_at(std::uint64_t last) {
   for (std::uint64_t version = 3; version <= last; ++version) apply(contents, version);
   return contents;
 }
-// Every commit makes two generations of one state, the first one 0 and 1. A writer that mends the superblocks makes two more, so the
-// metadata say the version, once there is a layer.
+// Every commit makes two generations of one state, the first one 0 and 1. A writer that mends the superblocks
+// makes two more, so the metadata say the version, once there is a layer.
 std::uint64_t version_in(std::span<const LayerInfo> layers) {
   if (layers.empty()) return 1;
   return layers[0].metadata_json.empty() ? 2 : std::stoull(layers[0].metadata_json);
@@ -105,7 +105,8 @@ std::uint64_t version_in(std::span<const LayerInfo> layers) {
 std::uint64_t version_of(const StoreReader& reader) { return version_in(reader.layers()); }
 std::uint64_t version_of(const StoreWriter& writer) { return version_in(writer.layers()); }
 
-// The file opens at a whole version within [at_least, at_most], validates, holds exactly that version's tiles, and can be written to again.
+// The file opens at a whole version within [at_least, at_most], validates, holds exactly that version's
+// tiles, and can be written to again.
 void expect_whole(const std::filesystem::path& path, std::uint64_t at_least, std::uint64_t at_most, const std::string& moment) {
   std::uint64_t version = 0;
   {
@@ -194,7 +195,8 @@ TEST(Crash, EveryReplayOfTheWriteLogIsAWholeGeneration) {
           ASSERT_NO_FATAL_FAILURE(check(torn, done, "inside operation " + std::to_string(done) + ", " + std::to_string(part) + " bytes"));
         }
       }
-      // The power fails here: of what was written since the last sync, any sectors may have reached the disk, in any order.
+      // The power fails here: of what was written since the last sync, any sectors may have reached the disk,
+      // in any order.
       for (int trial = 0; trial < 6; ++trial) {
         Bytes disk = synced;
         for (std::size_t i = first_unsynced; i < done; ++i) {
@@ -241,7 +243,8 @@ TEST(Crash, AFullDiskAtAnyWriteLeavesTheLastCommit) {
         committed = 2;
         for (std::uint64_t version = 3; version <= 5; ++version) {
           if (auto done = commit_version(writer, id, version); !done) {
-            // From the first failure on every change is refused with the same sentence; what was there can still be read.
+            // From the first failure on every change is refused with the same sentence; what was there can
+            // still be read.
             const auto again = writer.commit();
             EXPECT_FALSE(again);
             EXPECT_EQ(again.error().message, done.error().message);
@@ -269,13 +272,15 @@ TEST(Crash, AFullDiskAtAnyWriteLeavesTheLastCommit) {
         EXPECT_TRUE(std::filesystem::is_empty(path.parent_path()));
         continue;
       }
-      // When the new state is in one superblock and not yet in the other, it may be there already: whole, too.
+      // When the new state is in one superblock and not yet in the other, it may be there already: whole,
+      // too.
       ASSERT_NO_FATAL_FAILURE(expect_whole(path, committed, committed + 1, "refused at " + std::to_string(refuse_at)));
     }
   }
 }
 
-// Every round waits until its writer has committed, however busy the machine is, and ends it at some moment after that.
+// Every round waits until its writer has committed, however busy the machine is, and ends it at some moment
+// after that.
 TEST(Crash, AKilledWriterNeverLosesACommitNorShowsHalfOfOne) {
   constexpr int kKills = 240;
   const TempFolder folder;

@@ -1,4 +1,5 @@
-// The golden stores and the format document's hex dump. To write them anew after a change of the format, and see in git what changed:
+// The golden stores and the format document's hex dump. To write them anew after a change of the format, and
+// see in git what changed:
 //   VT_REWRITE_GOLDENS=1 build/dev/bin/store_test --gtest_filter='Golden*'
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -64,7 +65,8 @@ Bytes uncompressed_frame(std::span<const std::byte> bytes) {
   return frame;
 }
 
-// Two layers of one predicted tile: of floats, in a format that a changed number makes hashes, and of bytes, with every kind of choice.
+// Two layers of one predicted tile: of floats, in a format that a changed number makes hashes, and of bytes,
+// with every kind of choice.
 Contents predicted_contents;
 Bytes predicted_store() {
   const TempFolder folder;
@@ -141,8 +143,8 @@ Bytes blob_store() {
   return bytes;
 }
 
-// Every format, raw, compressed and constant tiles, a part, carry layers, one of them of blobs, an index two pages deep, an older
-// generation.
+// Every format, raw, compressed and constant tiles, a part, carry layers, one of them of blobs, an index two
+// pages deep, an older generation.
 Contents rich_contents;
 Bytes rich_store() {
   const TempFolder folder;
@@ -227,8 +229,8 @@ Reference tile_of(const Bytes& store, std::size_t layer = 0) {
   return page_entry(std::span(store).subspan(page.offset + kRecordHeaderBytes, page.stored_bytes), 0);
 }
 
-// What newer programs and users may leave: a channel of a user's own, one of a newer program, and a layer of a format of a newer program
-// that shares a record with one that we know, and owns a carry layer.
+// What newer programs and users may leave: a channel of a user's own, one of a newer program, and a layer of
+// a format of a newer program that shares a record with one that we know, and owns a carry layer.
 Bytes unknown_store() {
   const TempFolder folder;
   StoreWriter writer = value_of(StoreWriter::create(folder / "a.vts", {}));
@@ -272,7 +274,8 @@ Bytes unknown_store() {
   return bytes;
 }
 
-// Each fault is one change to a good store, which is then sealed again where the fault lies behind a checksum.
+// Each fault is one change to a good store, which is then sealed again where the fault lies behind a
+// checksum.
 struct Bad {
   Bytes (*store)();
   const char* name;
@@ -446,7 +449,8 @@ TEST(Golden, TheRichStoreReadsBackWhateverThisWriterWouldMake) {
   EXPECT_EQ(numbers, (std::set<int>{501}));  // the carry layer is unfinished
 }
 
-// Stores that writers of older versions left; nothing can write them any more. They had the tiles of today's except for what came later.
+// Stores that writers of older versions left; nothing can write them any more. They had the tiles of today's
+// except for what came later.
 TEST(Golden, StoresOfOlderVersionsAreReadAsEver) {
   static_cast<void>(rich_store());  // the truth
   static_cast<void>(predicted_store());

@@ -1,5 +1,5 @@
-// Damaged and hostile stores: whatever the bytes are, a read gives the right data or an error, and nothing crashes (run under the
-// sanitizers).
+// Damaged and hostile stores: whatever the bytes are, a read gives the right data or an error, and nothing
+// crashes (run under the sanitizers).
 #include <fcntl.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -21,7 +21,8 @@ namespace {
 
 using namespace test;
 
-// Two generations with raw, compressed and constant tiles, a replaced tile (so that there is garbage), and an index two pages deep.
+// Two generations with raw, compressed and constant tiles, a replaced tile (so that there is garbage), and an
+// index two pages deep.
 struct Victim {
   Bytes bytes;
   Contents truth;
@@ -182,7 +183,8 @@ TEST(HostileStore, BytesAfterTheEndAreHarmlessAndTheNextWriterRemovesThem) {
   EXPECT_EQ(read_file(file.path()), victim.bytes);
 }
 
-// With the checksums made right again, every structure's own checks have to hold: no crash, and reads of the right size or an error.
+// With the checksums made right again, every structure's own checks have to hold: no crash, and reads of the
+// right size or an error.
 TEST(HostileStore, ChangedFieldsUnderRightChecksumsNeverCrash) {
   const Victim victim = make_victim();
   const MemoryFile file(victim.bytes);

@@ -76,7 +76,8 @@ Anatomy anatomy_of(const std::filesystem::path& path) {
   return anatomy;
 }
 
-// Three texture layers and a carry layer, built untidily: tiles in random order, many of them replaced, some removed, several commits.
+// Three texture layers and a carry layer, built untidily: tiles in random order, many of them replaced, some
+// removed, several commits.
 //   "color"  rgb8, levels 0 to 7, dense, a third of it one of three constants
 //   "height" r32f, levels 0 to 4, dense
 //   "spots"  rgb8, levels 0 to 11, a few tiles with all their ancestors
@@ -139,7 +140,8 @@ void build_untidy_store(const std::filesystem::path& path, bool finished = true)
   succeed(writer.finish());
 }
 
-// All tiles of all layers but the carry ones; those of level 11 by their neighbourhoods, as there are four million.
+// All tiles of all layers but the carry ones; those of level 11 by their neighbourhoods, as there are four
+// million.
 Contents texture_contents(const StoreReader& reader) {
   Contents contents;
   for (const LayerInfo& layer : reader.layers()) {
@@ -259,8 +261,9 @@ TEST_F(PackTest, TilesLieInStreamingOrder) {
   EXPECT_GT(report.layers[0].cold_levels, 2);
   EXPECT_LT(report.layers[0].cold_levels, 8);
 
-  // Where a tile should lie: the cold start by level; then groups of three levels; in a group, layer by layer, place by place of the
-  // group's coarsest level that is not in the cold start, level by level under that place, in Morton order.
+  // Where a tile should lie: the cold start by level; then groups of three levels; in a group, layer by
+  // layer, place by place of the group's coarsest level that is not in the cold start, level by level under
+  // that place, in Morton order.
   using Key = std::tuple<int, int, int, std::uint64_t, int, std::uint64_t>;
   const auto key_of = [&](const Record& record) -> Key {
     const int level = record.tile.level.value;
@@ -609,7 +612,8 @@ TEST_F(PackTest, AFullDiskAtAnyWriteLeavesTheOriginalAndNothingElse) {
   EXPECT_EQ(read_all(value_of(StoreReader::open(source))), read_all(value_of(StoreReader::open(packed))));
 }
 
-// The child ends itself at one of its writes after the other, so every moment is met, however busy the machine is.
+// The child ends itself at one of its writes after the other, so every moment is met, however busy the
+// machine is.
 TEST_F(PackTest, AKilledPackLeavesAWholeStoreAndNoPartialTarget) {
   build_untidy_store(source);
   const Contents truth = texture_contents(value_of(StoreReader::open(source)));

@@ -17,8 +17,8 @@ namespace {
 
 using namespace test;
 
-// One texel as the layer's format holds it; for BC1 the two end points as stored and the texel's own index, which is all that a decoder
-// sees of it; for other blocks what the decoder makes of it.
+// One texel as the layer's format holds it; for BC1 the two end points as stored and the texel's own index,
+// which is all that a decoder sees of it; for other blocks what the decoder makes of it.
 using Texel = std::vector<std::byte>;
 
 Texel texel_in_block(const FormatInfo& format, const std::byte* block, std::int64_t x, std::int64_t y) {
@@ -37,7 +37,8 @@ Texel texel_in_block(const FormatInfo& format, const std::byte* block, std::int6
   return Texel(bytes.begin(), bytes.end());
 }
 
-// The mean of the 2 x 2 texels around (x, y) that a block of the next finer level covers: to the nearest code, or to the nearest half.
+// The mean of the 2 x 2 texels around (x, y) that a block of the next finer level covers: to the nearest
+// code, or to the nearest half.
 Texel mean_of_quadrant(const FormatInfo& format, const std::byte* block, std::int64_t x, std::int64_t y) {
   std::vector<float> samples(16UL * format.channels);
   decode_texels(format.format, {block, format.block_bytes}, 4, 4, samples);
@@ -54,7 +55,8 @@ Texel mean_of_quadrant(const FormatInfo& format, const std::byte* block, std::in
   return Texel(bytes.begin(), bytes.end());
 }
 
-// Definition: the texel of the nearest present ancestor-or-self tile that covers (x, y); nothing where there is none.
+// Definition: the texel of the nearest present ancestor-or-self tile that covers (x, y); nothing where there
+// is none.
 struct Found {
   Texel texel;
   int steps = 0;

@@ -1,6 +1,6 @@
-// Makes a changed store consistent again: recomputes every checksum and every reference's copy of it, so that what is behind the checksums
-// gets tested too. Relies on the log's order: a page comes after all it points to, a catalog anywhere. Survives any input, for the fuzzer's
-// sake.
+// Makes a changed store consistent again: recomputes every checksum and every reference's copy of it, so that
+// what is behind the checksums gets tested too. Relies on the log's order: a page comes after all it points
+// to, a catalog anywhere. Survives any input, for the fuzzer's sake.
 #pragma once
 
 #include <algorithm>

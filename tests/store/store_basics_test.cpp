@@ -375,7 +375,8 @@ TEST(Store, AnUnchangedStoreIsNotWrittenAgain) {
   EXPECT_EQ(value_of(StoreReader::open(folder / "a.vts")).generation(), generation);
 }
 
-// More leaves than the writer keeps in memory, touched in an order that makes it drop and fetch them again and again.
+// More leaves than the writer keeps in memory, touched in an order that makes it drop and fetch them again
+// and again.
 TEST(Store, AnIndexLargerThanTheCacheSurvivesRandomOrder) {
   const TempFolder folder;
   StoreWriter writer = value_of(StoreWriter::create(folder / "a.vts", {}, {.sync = false}));

@@ -1,4 +1,5 @@
-// What the store's tests share: small layers, tiles whose content follows from their name, whole files as bytes.
+// What the store's tests share: small layers, tiles whose content follows from their name, whole files as
+// bytes.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -36,7 +37,8 @@ void write_file(const std::filesystem::path& path, std::span<const std::byte> by
 // A layer whose data fill the padded square.
 [[nodiscard]] LayerInfo small_layer(std::string name, TexelFormat format, int tile_exponent, int finest);
 
-// Bytes that differ from tile to tile and from `version` to `version`; half of them repeat, so that zstd has something to do.
+// Bytes that differ from tile to tile and from `version` to `version`; half of them repeat, so that zstd has
+// something to do.
 [[nodiscard]] Bytes tile_bytes(const LayerInfo& layer, TileId tile, int version = 0);
 // Without prediction, and with it where that is smaller.
 [[nodiscard]] EncodedPayload encoded(std::span<const std::byte> raw, Compression compression = {});

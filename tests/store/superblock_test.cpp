@@ -1,5 +1,5 @@
-// The two superblocks: every commit is in both, so one of them is enough; what an older program has written is never taken for newer than
-// it is, and never cut off.
+// The two superblocks: every commit is in both, so one of them is enough; what an older program has written
+// is never taken for newer than it is, and never cut off.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -60,7 +60,8 @@ struct SuperblockTest : testing::Test {
     succeed(reader.read(LayerId{0}, tile_at(0, 0, 0), out));
     EXPECT_EQ(out, tile_bytes(layer, tile_at(0, 0, 0), version));
   }
-  // A store of one superblock a commit: the newest generation has a layer of one tile, the one before it has none.
+  // A store of one superblock a commit: the newest generation has a layer of one tile, the one before it has
+  // none.
   void take_unpaired_store() { std::filesystem::copy_file(kGoldens / "version-3-unpaired.vts", path); }
 };
 
@@ -162,7 +163,8 @@ TEST_F(SuperblockTest, ADamagedOlderOneOfAnOlderProgramLosesNothing) {
 TEST_F(SuperblockTest, AStoreOfAnOlderProgramBecomesAPairBeforeItIsWrittenTo) {
   take_unpaired_store();
   const Contents truth = read_all(value_of(StoreReader::open(path)));
-  // A crash inside the first superblock that is written leaves the other whole, and no tail that could be mistaken for a commit.
+  // A crash inside the first superblock that is written leaves the other whole, and no tail that could be
+  // mistaken for a commit.
   for (std::size_t refuse_at = 0;; ++refuse_at) {
     ASSERT_LT(refuse_at, 10U);
     std::size_t count = 0;

@@ -16,7 +16,8 @@ std::string bytes_of(std::uint32_t code) {
   return {static_cast<char>(0xF0U | code >> 18U), tail(12), tail(6), tail(0)};
 }
 
-// Told one by one, from the Unicode tables: Cc, Zl, Zp, and of Cf those that embed, override, isolate and end such.
+// Told one by one, from the Unicode tables: Cc, Zl, Zp, and of Cf those that embed, override, isolate and end
+// such.
 bool is_dangerous(std::uint32_t code) {
   switch (code) {
     case 0x7F:

@@ -1,5 +1,6 @@
-// Stores with channels and texel formats that this program does not know, as tests/golden/unknown-numbers.vts has them: layers "aspect" (a
-// user's channel, 32769), "later" (channel 4711) and "strange" (format 999, in truth rgba8 with tiles of 8 x 8).
+// Stores with channels and texel formats that this program does not know, as tests/golden/unknown-numbers.vts
+// has them: layers "aspect" (a user's channel, 32769), "later" (channel 4711) and "strange" (format 999, in
+// truth rgba8 with tiles of 8 x 8).
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

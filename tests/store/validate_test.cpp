@@ -106,7 +106,8 @@ TEST_F(ValidateTest, ASampleFindsWhatItMeets) {
   EXPECT_GT(orphans, 20U);
   EXPECT_LT(orphans, 150U);
 
-  // A leaf of level 6 that is damaged is one finding, however often the sample comes by; so is every tile that is.
+  // A leaf of level 6 that is damaged is one finding, however often the sample comes by; so is every tile
+  // that is.
   Bytes bytes = read_file(path);
   for (std::uint64_t at = kLogStart; at + kRecordHeaderBytes <= bytes.size(); at += kRecordAlignment) {
     if (get<std::uint32_t>(bytes, at + 8) != 0x43525456) continue;

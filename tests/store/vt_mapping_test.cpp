@@ -16,7 +16,8 @@ struct Case {
   LayerInfo layer;
 };
 
-// Areas and grids as datasets have them: degrees and metres, vt exponents up to the limit, data anywhere in the padded square.
+// Areas and grids as datasets have them: degrees and metres, vt exponents up to the limit, data anywhere in
+// the padded square.
 Case random_case(std::mt19937_64& random) {
   std::uniform_real_distribution<double> unit(0.0, 1.0);
   Case c;
@@ -56,7 +57,8 @@ TEST(VtMapping, AgreesWithLongDoubleToAThousandthOfATexelOrTheRoundingOfItsInput
     const Long y = Long{c.area.south} * (1 - Long{uv.y}) + Long{c.area.north} * Long{uv.y};
     const Long texel_x = ((x - Long{c.layer.grid.origin_x}) / Long{c.layer.grid.step_x} + static_cast<Long>(c.layer.data.x)) * scale;
     const Long texel_y = ((Long{c.layer.grid.origin_y} - y) / Long{c.layer.grid.step_y} + static_cast<Long>(c.layer.data.y)) * scale;
-    // Four roundings of the coordinate (each half a unit in its last place), counted in texels, and four of the texel position itself.
+    // Four roundings of the coordinate (each half a unit in its last place), counted in texels, and four of
+    // the texel position itself.
     const double epsilon = 0x1p-53;
     const double size_x = std::max(std::abs(c.area.west), std::abs(c.area.east)) + std::abs(c.layer.grid.origin_x);
     const double size_y = std::max(std::abs(c.area.south), std::abs(c.area.north)) + std::abs(c.layer.grid.origin_y);

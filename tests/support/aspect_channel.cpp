@@ -1,6 +1,7 @@
-// Aspects: a ninth channel, written outside the builder as a program would that has numbers of its own. A number is the direction in which
-// a slope looks, in degrees clockwise from north; directions of 359 and 1 average to 0, so what averages is the vector. Planes: north and
-// east times weight, then the weight. Stored are the mean's north and east as codes of rg16.
+// Aspects: a ninth channel, written outside the builder as a program would that has numbers of its own. A
+// number is the direction in which a slope looks, in degrees clockwise from north; directions of 359 and 1
+// average to 0, so what averages is the vector. Planes: north and east times weight, then the weight. Stored
+// are the mean's north and east as codes of rg16.
 
 #include <array>
 #include <cmath>

@@ -1,4 +1,5 @@
-// Runs a parameterised suite once for each vector unit that the SIMD loops are compiled for and this processor has.
+// Runs a parameterised suite once for each vector unit that the SIMD loops are compiled for and this
+// processor has.
 #pragma once
 
 #include <gtest/gtest.h>

@@ -1,5 +1,5 @@
-// The section "Prediction" of schemas/tile-store.md as its words go, one value at a time; knows nothing of store/. The truth for the naive
-// reader and for the tests of store/codec/prediction.cpp.
+// The section "Prediction" of schemas/tile-store.md as its words go, one value at a time; knows nothing of
+// store/. The truth for the naive reader and for the tests of store/codec/prediction.cpp.
 #pragma once
 
 #include <cstddef>
@@ -18,7 +18,8 @@ struct NaivePrediction {
   std::vector<unsigned> predictors;  // one a channel
 };
 
-// Texels from planes, and planes from texels. Throws std::runtime_error on an impossible predictor or a wrong size.
+// Texels from planes, and planes from texels. Throws std::runtime_error on an impossible predictor or a wrong
+// size.
 [[nodiscard]] std::vector<std::byte> naive_texels(std::span<const std::byte> planes, const NaivePrediction& prediction);
 [[nodiscard]] std::vector<std::byte> naive_planes(std::span<const std::byte> texels, const NaivePrediction& prediction);
 

@@ -415,7 +415,8 @@ NaiveReference read_page(Bytes payload, unsigned level, unsigned height, std::ui
   require(get_u8(payload, 2) == height, "a page's height is that of its place");
   require_zero(payload, 3, 13, "a page's reserved bytes are zero");
 
-  // 4^(level - 5 * height) slots lie inside the level; a top page can cover less than 5 levels, no page covers more.
+  // 4^(level - 5 * height) slots lie inside the level; a top page can cover less than 5 levels, no page
+  // covers more.
   const unsigned levels_below = level - 5 * height;
   const std::uint64_t slots = levels_below >= 5 ? 1024 : std::uint64_t{1} << (2 * levels_below);
 

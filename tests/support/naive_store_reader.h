@@ -1,8 +1,9 @@
-// A second reader for tile stores, written from schemas/tile-store.md alone and kept apart from store/: it shares no code, no constant and
-// no type with it. Tests hold the two together; where they differ, the document or one of them is wrong. It is slow on purpose: the whole
-// file in memory, nothing remembered between lookups, one function for each structure of the document. Section numbers in comments are the
-// document's. All of it throws std::runtime_error for whatever a damaged file may hold, because that keeps the text close to the
-// document's. Any number of threads may use one reader.
+// A second reader for tile stores, written from schemas/tile-store.md alone and kept apart from store/: it
+// shares no code, no constant and no type with it. Tests hold the two together; where they differ, the
+// document or one of them is wrong. It is slow on purpose: the whole file in memory, nothing remembered
+// between lookups, one function for each structure of the document. Section numbers in comments are the
+// document's. All of it throws std::runtime_error for whatever a damaged file may hold, because that keeps
+// the text close to the document's. Any number of threads may use one reader.
 #pragma once
 
 #include <cstddef>
@@ -87,7 +88,8 @@ class NaiveStoreReader {
   [[nodiscard]] std::uint64_t generation() const { return superblock_.generation; }
   [[nodiscard]] const NaiveCatalog& catalog() const { return catalog_; }
 
-  // The decoded bytes of a tile, or nothing when it is absent. Throws when the store has no such layer, or damage on the way.
+  // The decoded bytes of a tile, or nothing when it is absent. Throws when the store has no such layer, or
+  // damage on the way.
   [[nodiscard]] std::optional<NaiveBytes> tile(unsigned layer_id, unsigned level, std::uint64_t x, std::uint64_t y) const;
 
  private:

@@ -1,4 +1,5 @@
-// Two readers of one format, StoreReader and the naive one, must agree: on every field, on every tile, and on what is damaged.
+// Two readers of one format, StoreReader and the naive one, must agree: on every field, on every tile, and on
+// what is damaged.
 #include "tests/support/naive_store_reader.h"
 
 #include <gtest/gtest.h>
@@ -388,14 +389,16 @@ TEST(NaiveStoreReader, ReadsTheGoodGoldens) {
 
 // ---- Damage ----
 
-// Overwrites a file of the same size in place: many file systems wait for the disk when a file is cut to nothing first.
+// Overwrites a file of the same size in place: many file systems wait for the disk when a file is cut to
+// nothing first.
 void overwrite(const std::filesystem::path& path, const Bytes& file) {
   std::fstream stream(path, std::ios::binary | std::ios::in | std::ios::out);
   stream.write(reinterpret_cast<const char*>(file.data()), static_cast<std::streamsize>(file.size()));
   if (!stream.flush()) throw std::runtime_error(path.string() + ": cannot write");
 }
 
-// Opens both readers on `file`, which also lies at `path`, and compares what they say of the tiles. Says where they differ, or nothing.
+// Opens both readers on `file`, which also lies at `path`, and compares what they say of the tiles. Says
+// where they differ, or nothing.
 std::string difference(const std::filesystem::path& path, const Bytes& file, const std::vector<std::pair<LayerId, TileId>>& tiles) {
   const auto reader = StoreReader::open(path);
   const auto naive = open_naive(file);
@@ -415,7 +418,8 @@ std::string difference(const std::filesystem::path& path, const Bytes& file, con
   return "";
 }
 
-// Every structure in little space: two layers, a carry layer, raw, zstd and constant tiles, pages of height 0 and 1, an older generation.
+// Every structure in little space: two layers, a carry layer, raw, zstd and constant tiles, pages of height 0
+// and 1, an older generation.
 class DamagedStore : public testing::Test {
  protected:
   void SetUp() override {

@@ -1,5 +1,6 @@
-// Equations 2 to 7 of the virtual-texture paper for one axis, word for word: what the transforms of runtime/paging.h are held against.
-// Names without a comment of their own are the paper's; `paper_level` 0 is the finest.
+// Equations 2 to 7 of the virtual-texture paper for one axis, word for word: what the transforms of
+// runtime/paging.h are held against. Names without a comment of their own are the paper's; `paper_level` 0 is
+// the finest.
 #pragma once
 
 #include <cmath>

@@ -1,5 +1,5 @@
-// Classic TIFFs put together tag by tag, little-endian, one uncompressed strip a page: for tests of what tags say, with none of the
-// project's own code or libtiff's between the test and the bytes.
+// Classic TIFFs put together tag by tag, little-endian, one uncompressed strip a page: for tests of what tags
+// say, with none of the project's own code or libtiff's between the test and the bytes.
 #pragma once
 
 #include <algorithm>

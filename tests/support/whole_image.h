@@ -1,5 +1,5 @@
-// The definition of an overview, whole level at once and texel by texel: short enough that reading it is checking it. What the builder
-// makes block by block with SIMD rows must equal this bit for bit.
+// The definition of an overview, whole level at once and texel by texel: short enough that reading it is
+// checking it. What the builder makes block by block with SIMD rows must equal this bit for bit.
 #pragma once
 
 #include <algorithm>
@@ -52,7 +52,8 @@ struct WholeImage {
   float& at(std::int64_t x, std::int64_t y, int p) { return floats[index(x, y, p)]; }
   // Zero outside the data rectangle.
   [[nodiscard]] float get(std::int64_t x, std::int64_t y, int p) const { return data.contains(x, y) ? floats[index(x, y, p)] : 0.0F; }
-  // Nothing to the north and south of the data rectangle, and to the west and east of a layer that is not closed.
+  // Nothing to the north and south of the data rectangle, and to the west and east of a layer that is not
+  // closed.
   [[nodiscard]] float seen(std::int64_t x, std::int64_t y, int p, const PlaneRules& rules) const {
     if (data.contains(x, y)) return floats[index(x, y, p)];
     if (!layer.is_closed || y < data.y || y >= data.bottom()) return rules.nothing(p);
@@ -88,7 +89,8 @@ float weighted_pairs(const pyramid::HalvingKernel& kernel, const At& at) {
 
 using Taps = std::array<float, pyramid::kMaxTaps>;
 
-// One value under a kernel, from values that are multiplied by their weights: the rule of builder/pyramid/reduce_rows.h.
+// One value under a kernel, from values that are multiplied by their weights: the rule of
+// builder/pyramid/reduce_rows.h.
 inline float filtered(const pyramid::HalvingKernel& kernel, const Taps& values, const Taps& weights) {
   const auto taps = static_cast<std::size_t>(kernel.taps);
   if (std::all_of(weights.begin(), weights.begin() + kernel.taps, [](float w) { return w == 1.0F; }))
@@ -196,8 +198,8 @@ inline WholeImage halve_whole(const WholeImage& fine, const pyramid::HalvingKern
       }
   return coarse;
 }
-// What is stored of a level whose first plane holds values at centres: those of texels that the east or south edge cuts are continued from
-// the texel before, along the rows first, see builder/pyramid/edge_centres.h.
+// What is stored of a level whose first plane holds values at centres: those of texels that the east or south
+// edge cuts are continued from the texel before, along the rows first, see builder/pyramid/edge_centres.h.
 inline WholeImage at_centres(WholeImage image, const channels::CentreRange& range, const PlaneRules& rules) {
   const int weight_plane = rules.weight_plane;
   const bool is_wide = rules[1] == channels::PlaneRule::kRemainder;

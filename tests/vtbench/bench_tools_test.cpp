@@ -144,7 +144,8 @@ TEST_F(Child, MeasuresTimeFromOutside) {
 }
 
 TEST_F(Child, PeakFollowsWhatTheChildTouches) {
-  // dd fills one buffer of the block's size: more than this process has itself, so what is seen is the child's.
+  // dd fills one buffer of the block's size: more than this process has itself, so what is seen is the
+  // child's.
   constexpr std::uint64_t kBlock = std::uint64_t{256} << 20;
   const ChildRun small = shell("exec dd if=/dev/zero of=/dev/null bs=1 count=1").value();
   const ChildRun large = shell("exec dd if=/dev/zero of=/dev/null bs=268435456 count=1").value();

@@ -37,7 +37,8 @@ TEST(HalveIdeally, KeepsAConstant) {
   for (const double value : half.planes[1]) EXPECT_NEAR(value, 0.3, 1e-14);
 }
 
-// The claim in the header: -60 dB is 0.001 of the amplitude 0.4. A coarse texel covers two fine ones, so its centre sees twice the cycles.
+// The claim in the header: -60 dB is 0.001 of the amplitude 0.4. A coarse texel covers two fine ones, so its
+// centre sees twice the cycles.
 TEST(HalveIdeally, PassesWhatTheCoarseGridCanHoldAndStopsTheRest) {
   for (const double of_new_nyquist : {0.1, 0.5, 0.88}) {
     const double cycles = 0.25 * of_new_nyquist;
@@ -49,7 +50,8 @@ TEST(HalveIdeally, PassesWhatTheCoarseGridCanHoldAndStopsTheRest) {
   }
 }
 
-// A wave in an exact pyramid keeps its phase and shrinks by the kernel's response, which the taps alone decide.
+// A wave in an exact pyramid keeps its phase and shrinks by the kernel's response, which the taps alone
+// decide.
 TEST(HalveExactly, ScalesAWaveByTheResponseOfTheTaps) {
   for (const char* kernel : {"box", "kaiser3"}) {
     const auto taps = kernel_taps(kernel);
@@ -97,7 +99,8 @@ TEST(PyramidError, OneCodeOffIs48DecibelsAndNothingOffIsInfinite) {
   error.add_level(off, light_from_codes(wanted, 32, 32), 4);
   EXPECT_NEAR(error.psnr_code_db(), expected_db, 1e-9);
   EXPECT_NEAR(error.worst_code_error(), 1.0, 1e-9);
-  // The slope of the transfer function at code 128.5 and one code: ((c + 0.055) / 1.055)^1.4 * 2.4 / 1.055 / 255.
+  // The slope of the transfer function at code 128.5 and one code: ((c + 0.055) / 1.055)^1.4 * 2.4 / 1.055 /
+  // 255.
   const double step = std::pow((128.5 / 255.0 + 0.055) / 1.055, 1.4) * 2.4 / 1.055 / 255.0;
   EXPECT_NEAR(error.psnr_linear_db(), -20.0 * std::log10(step), 0.001);
   const double light = std::pow((128.0 / 255.0 + 0.055) / 1.055, 2.4);

@@ -9,7 +9,8 @@
 
 namespace vt::bench {
 
-// RFC 4180: fields by header name, one map a line. Empty when a line has another number of fields than the header.
+// RFC 4180: fields by header name, one map a line. Empty when a line has another number of fields than the
+// header.
 inline std::vector<std::map<std::string, std::string>> parse_csv(std::string_view text) {
   std::vector<std::vector<std::string>> lines(1, std::vector<std::string>(1));
   bool quoted = false;
@@ -39,7 +40,8 @@ inline std::vector<std::map<std::string, std::string>> parse_csv(std::string_vie
   return rows;
 }
 
-// What is wrong with `text` as an XML document of elements, quoted attributes, text and the five named entities; "" when nothing is.
+// What is wrong with `text` as an XML document of elements, quoted attributes, text and the five named
+// entities; "" when nothing is.
 inline std::string xml_complaint(std::string_view text) {
   std::vector<std::string> open;
   bool had_root = false;

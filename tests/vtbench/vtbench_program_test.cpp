@@ -79,13 +79,15 @@ TEST_F(Vtbench, AccuracyWritesWhatItMeasured) {
   EXPECT_LT(std::abs(number(kaiser, "luminance_drift_percent")), 0.1);
   EXPECT_LT(number(kaiser_bc1, "bytes_per_texel"), 0.51);
   EXPECT_NEAR(number(box, "bytes_per_texel"), 3.0, 0.01);
-  // Only rounding, half a code, stands between a stored level and its kernel's formula; floats on the way add a few thousandths.
+  // Only rounding, half a code, stands between a stored level and its kernel's formula; floats on the way add
+  // a few thousandths.
   EXPECT_LT(number(box, "kernel_max_dn"), 0.51);
   EXPECT_LT(number(kaiser, "kernel_max_dn"), 0.51);
   const auto& by_definition = by_name.at("by definition box of codes rgb8 ");
   EXPECT_GT(number(by_definition, "kernel_max_dn"), 1.0);
   if (find_program("gdal_translate") && find_program("gdaladdo")) {
-    // Means of codes, whoever takes them: as far from the ideal as their definition, but for the rounding of ties.
+    // Means of codes, whoever takes them: as far from the ideal as their definition, but for the rounding of
+    // ties.
     const auto& gdal = by_name.at("gdaladdo -r average  rgb8 none");
     EXPECT_GT(number(gdal, "mpx_per_s"), 0.0);
     EXPECT_EQ(gdal.at("base_psnr_code_db"), "inf");
@@ -156,7 +158,8 @@ TEST_F(Vtbench, BuildMeasuresOursAndItsParts) {
   EXPECT_TRUE(left_nothing());
 }
 
-// The sums of the parts are what their rows say: over the threads, and with the disk's own time, which threads do not share.
+// The sums of the parts are what their rows say: over the threads, and with the disk's own time, which
+// threads do not share.
 TEST_F(Vtbench, PartsOfHeightsAddUp) {
   write_heights("dem.tif", 300);
   ASSERT_EQ(run({"build", file("dem.tif"), "--runs", "1", "--threads", "2", "--peers", "none", "--csv", file("b.csv"), "--scratch",
@@ -215,7 +218,8 @@ TEST_F(Vtbench, SourcesBuildsEveryKindOfFile) {
     EXPECT_EQ(row.at("decode_s").empty(), !has_gdal);
     EXPECT_EQ(row.at("build_over_decode").empty(), !has_gdal);
     if (row.at("file") == "tiled") tiled_mib = number(row, "output_mib");
-    // The same samples give the same tiles, beside which a store keeps the files' names; a lossy file gives others.
+    // The same samples give the same tiles, beside which a store keeps the files' names; a lossy file gives
+    // others.
     if (row.at("file") != "tiled, JPEG") {
       EXPECT_NEAR(number(row, "output_mib"), tiled_mib, 4096.0 / (1024.0 * 1024.0)) << row.at("file");
     }
@@ -305,7 +309,8 @@ TEST_F(Vtbench, TheScoreboardsAnswersAreRight) {
   EXPECT_EQ(ours(0), "188");
   EXPECT_EQ(ours(1), "255,0,0 alpha 128");
   EXPECT_EQ(ours(2), "100");
-  // Half a code of light is 0.3 % of the bar; 8.2 % are Kaiser-3's lobes, which the limit to ringing takes away.
+  // Half a code of light is 0.3 % of the bar; 8.2 % are Kaiser-3's lobes, which the limit to ringing takes
+  // away.
   EXPECT_EQ(ours(3), "box, kaiser3 anti-ringing: 0.3 %; mitchell: 1.7 %; kaiser3: 8.2 %");
   EXPECT_EQ(ours(4), "1.00 (spread kept: 0.50)");
   EXPECT_EQ(ours(5), "129, 0.000, 0.000");

@@ -52,7 +52,8 @@ std::atomic<bool>& interrupt_flag_storage() {
   return flag;
 }
 
-// A number from 0 to 2 that the caller closed would go to the next file that is opened, and what is printed would be written into it.
+// A number from 0 to 2 that the caller closed would go to the next file that is opened, and what is printed
+// would be written into it.
 void occupy_standard_streams() {
   for (int fd = STDIN_FILENO; fd <= STDERR_FILENO; ++fd)
     // The lowest free number is this one, since those below are taken.
@@ -124,8 +125,8 @@ void add_help_footer(CLI::App& app, std::string_view examples) {
 int run_main(CLI::App& app, int argc, const char* const* argv, const std::function<Result<int>()>& command) {
   const std::string program = app.get_name();
   occupy_standard_streams();
-  // A reader that goes away and a file over its size limit are then errors of the write, not signals that kill us in the middle of
-  // something.
+  // A reader that goes away and a file over its size limit are then errors of the write, not signals that
+  // kill us in the middle of something.
   std::signal(SIGPIPE, SIG_IGN);
   std::signal(SIGXFSZ, SIG_IGN);
   store::guard_mappings();
@@ -286,7 +287,8 @@ struct Progress::Impl {
     return seconds > 0.0 ? static_cast<double>(done - samples.front().done) / seconds : 0.0;
   }
 
-  // By the rate of the whole run, which errs less about the future than that of a moment: sea and land take turns.
+  // By the rate of the whole run, which errs less about the future than that of a moment: sea and land take
+  // turns.
   [[nodiscard]] double seconds_left(Clock::time_point now) const {
     const double seconds = std::chrono::duration<double>(now - first->time).count();
     const auto progressed = static_cast<double>(done - first->done);

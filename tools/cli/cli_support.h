@@ -1,7 +1,6 @@
-// What every command-line program of this project does the same way: exit codes, error lines, help footers, numbers in arguments,
-// JSON output, progress, Ctrl-C.
-// Results go to standard output, everything else to standard error. Progress may be updated from any thread; the rest is for the main
-// thread.
+// What every command-line program of this project does the same way: exit codes, error lines, help footers,
+// numbers in arguments, JSON output, progress, Ctrl-C. Results go to standard output, everything else to
+// standard error. Progress may be updated from any thread; the rest is for the main thread.
 #pragma once
 
 #include <atomic>
@@ -24,30 +23,35 @@ class App;
 
 namespace vt::cli {
 
-// 0 fine, 1 usage, 2 input/output, 3 invalid data, 4 internal; 130 when the user stopped the program, as shells report Ctrl-C.
+// 0 fine, 1 usage, 2 input/output, 3 invalid data, 4 internal; 130 when the user stopped the program, as
+// shells report Ctrl-C.
 [[nodiscard]] int exit_code(ErrorCode code);
 
-// The last paragraphs of --help: `examples` (one command a line, each indented by two spaces), then the exit codes.
+// The last paragraphs of --help: `examples` (one command a line, each indented by two spaces), then the exit
+// codes.
 void add_help_footer(CLI::App& app, std::string_view examples);
 
-// Parses the command line and runs `command`, whose value is the exit code. Everything that can go wrong ends here, as a line
-// `program: message` and an exit code: parse errors 1, an Error by its code, lack of memory or threads 2, another escaped exception
-// 4. Settings that a message names are printed as flags of the running subcommand (tools/cli/setting_names.h). --help and --version print
-// and give 0.
-// Writing to a pipe whose reader has gone ends the program with exit code 2 and no message. Standard streams that the caller has closed are
-// the null device from here on, a file over the size limit (ulimit -f) is a failed write, and a store that is cut off under its reader an
-// Error (store/io/mapping.h). Call it before any file is opened.
+// Parses the command line and runs `command`, whose value is the exit code. Everything that can go wrong ends
+// here, as a line `program: message` and an exit code: parse errors 1, an Error by its code, lack of memory
+// or threads 2, another escaped exception
+// 4. Settings that a message names are printed as flags of the running subcommand
+// (tools/cli/setting_names.h). --help and --version print and give 0. Writing to a pipe whose reader has gone
+// ends the program with exit code 2 and no message. Standard streams that the caller has closed are the null
+// device from here on, a file over the size limit (ulimit -f) is a failed write, and a store that is cut off
+// under its reader an Error (store/io/mapping.h). Call it before any file is opened.
 [[nodiscard]] int run_main(CLI::App& app, int argc, const char* const* argv, const std::function<Result<int>()>& command);
 
-// Standard output. Leaves run_main's `command` when nothing more can be written, so no caller has to check. Characters of names, paths and
-// metadata that would steer a terminal are spelled out, here and wherever else this header prints (store/format/text.h); line feeds and
-// tabs are the layout's. A value that must not have those either goes through store::printable() first.
+// Standard output. Leaves run_main's `command` when nothing more can be written, so no caller has to check.
+// Characters of names, paths and metadata that would steer a terminal are spelled out, here and wherever else
+// this header prints (store/format/text.h); line feeds and tabs are the layout's. A value that must not have
+// those either goes through store::printable() first.
 void print(std::string_view text);
 void print_json(const nlohmann::ordered_json& document);
 // A line `program: text` on standard error, for facts that do not stop the program.
 void print_note(std::string_view program, std::string_view text);
 
-// After the first call, the first Ctrl-C (or SIGTERM) sets the flag and leaves the program running; the second ends it at once.
+// After the first call, the first Ctrl-C (or SIGTERM) sets the flag and leaves the program running; the
+// second ends it at once.
 [[nodiscard]] const std::atomic<bool>& interrupt_flag();
 
 // "1,2.5" to numbers, exactly as many as `out` has. kUsage: the message names `option` and shows `form`.
@@ -81,10 +85,10 @@ struct ProgressOptions {
   int terminal_columns = 0;  // 0: ask the terminal
 };
 
-// Shows how far long work has come, with its recent rate and the time left.
-// On a terminal one line is redrawn at most ten times a second; in a log there is a line every five seconds and at every tenth of the work,
-// but never more than two a second. Call update() once before the work starts, with what an earlier run had done: the rate counts from
-// there.
+// Shows how far long work has come, with its recent rate and the time left. On a terminal one line is redrawn
+// at most ten times a second; in a log there is a line every five seconds and at every tenth of the work, but
+// never more than two a second. Call update() once before the work starts, with what an earlier run had done:
+// the rate counts from there.
 class Progress {
  public:
   explicit Progress(ProgressOptions options);
@@ -92,12 +96,14 @@ class Progress {
   Progress& operator=(const Progress&) = delete;
   ~Progress();  // ends an open line; says nothing about success
 
-  // Any thread. Values that come late and smaller are ignored. Costs a clock reading; a thread that finds another one drawing goes on.
+  // Any thread. Values that come late and smaller are ignored. Costs a clock reading; a thread that finds
+  // another one drawing goes on.
   void update(std::uint64_t done);
   void set_total(std::uint64_t total);
   // Prints a line of its own without tearing the bar.
   void note(std::string_view text);
-  // All is done; prints how much, how long, how fast. Later updates are ignored. Not for work that failed: just let the object go.
+  // All is done; prints how much, how long, how fast. Later updates are ignored. Not for work that failed:
+  // just let the object go.
   void finish();
 
  private:

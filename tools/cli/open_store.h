@@ -1,4 +1,5 @@
-// Opening a store on behalf of a user, who is told on standard error when what is read may not be the last that was written.
+// Opening a store on behalf of a user, who is told on standard error when what is read may not be the last
+// that was written.
 #pragma once
 
 #include <filesystem>

@@ -1,4 +1,4 @@
-# One way to declare a room, a library that others embed, a program and a test, so that flags are said once.
+# One way to declare a part, a library that others embed, a program and a test, so that flags are said once.
 
 # How our own files are compiled. Every target of ours links it privately: whoever embeds a library compiles
 # with flags of their own.
@@ -27,14 +27,14 @@ endif()
 
 # vt_together(vt_cli ...): compiles the targets' files several at a time, where parsing what they all include
 # takes most of the time. The price is that names in their anonymous namespaces have to differ. Not in the
-# release preset, where every file shows that it includes what it needs.
-option(VT_UNITY "Tests, tools and some rooms are compiled several files at a time" OFF)
+# preset runtime-only, where every file of the libraries shows that it includes what it needs.
+option(VT_UNITY "Tests, tools and some libraries are compiled several files at a time" OFF)
 function(vt_together)
   set_target_properties(${ARGN} PROPERTIES UNITY_BUILD ${VT_UNITY} UNITY_BUILD_BATCH_SIZE 8 VT_MAY_SHADOW ${VT_UNITY})
 endfunction()
 
-# vt_room(vt_geo SOURCES a.cpp ... LINKS PUBLIC|PRIVATE ...)
-function(vt_room name)
+# vt_part(vt_geo SOURCES a.cpp ... LINKS PUBLIC|PRIVATE ...)
+function(vt_part name)
   cmake_parse_arguments(ARG "" "" "SOURCES;LINKS" ${ARGN})
   add_library(${name} STATIC ${ARG_SOURCES})
   target_include_directories(${name} INTERFACE ${PROJECT_SOURCE_DIR})
@@ -127,7 +127,7 @@ endfunction()
 
 # vt_test(store_test SOURCES a_test.cpp ... LINKS vt_store [ENVIRONMENT A=b ...] [LABELS ...] [SERIAL]
 # [TOGETHER])
-# One program a room; ctest sees every case. Test programs find real rasters through VT_TEST_DATA and skip,
+# One program a folder; ctest sees every case. Test programs find real rasters through VT_TEST_DATA and skip,
 # saying so, when it is not there.
 # TOGETHER: see vt_together().
 function(vt_test name)

@@ -1,5 +1,5 @@
-// Where the programs' pictures go: PNG and EXR through OpenImageIO, GeoTIFF through builder/source, all row by row. One thread.
-// Files are written beside the target and renamed when they are whole.
+// Where the programs' pictures go: PNG and EXR through OpenImageIO, GeoTIFF through builder/source, all row
+// by row. One thread. Files are written beside the target and renamed when they are whole.
 #pragma once
 
 #include <cstddef>

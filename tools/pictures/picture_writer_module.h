@@ -1,5 +1,5 @@
-// The writing half of the border that builder/source/picture/picture_module.h describes: what the programs ask of the library with
-// OpenImageIO in it.
+// The writing half of the border that builder/source/picture/picture_module.h describes: what the programs
+// ask of the library with OpenImageIO in it.
 #pragma once
 
 #include "tools/pictures/picture_writer.h"

@@ -13,7 +13,8 @@ namespace vt::cli {
 
 namespace {
 
-// Where OpenImageIO's writers put their bytes. Some of them look at no return value: what fails is kept by the file.
+// Where OpenImageIO's writers put their bytes. Some of them look at no return value: what fails is kept by
+// the file.
 class FileProxy final : public OIIO::Filesystem::IOProxy {
  public:
   explicit FileProxy(store::OutputFile file) : IOProxy("", Mode::Write), file_(std::move(file)) {}

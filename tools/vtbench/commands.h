@@ -1,4 +1,5 @@
-// The subcommands of vtbench. Each adds itself to the program and returns what to run: its exit code, or -1 when another was chosen.
+// The subcommands of vtbench. Each adds itself to the program and returns what to run: its exit code, or -1
+// when another was chosen.
 #pragma once
 
 #include <CLI/CLI.hpp>
@@ -28,8 +29,8 @@ struct ResultFlags {
   bool json = false;
 
   void add_to(CLI::App& command, bool has_chart);
-  // The table on standard output (as text between `heading` and `remarks`, or as JSON with the machine); the CSV, the Markdown and the
-  // chart into their files.
+  // The table on standard output (as text between `heading` and `remarks`, or as JSON with the machine); the
+  // CSV, the Markdown and the chart into their files.
   [[nodiscard]] Result<void> deliver(const std::string& heading, const Table& table, const std::string& svg_text,
                                      const std::string& remarks = "") const;
 };

@@ -111,8 +111,8 @@ Result<pipeline::BuildReport> build_one(store::StoreWriter& writer, const std::f
   return report;
 }
 
-// A store that was made for data which cannot be built would only be in the way of the next command: its area and its coordinates are
-// theirs.
+// A store that was made for data which cannot be built would only be in the way of the next command: its area
+// and its coordinates are theirs.
 void remove_if_empty(const store::StoreWriter& writer, const std::filesystem::path& path) {
   const auto holds_work = pipeline::holds_built_work(writer);
   if (!holds_work || *holds_work) return;

@@ -1,5 +1,5 @@
-// What the subcommands of vtbuild share: options that mean the same everywhere, building one planned layer with progress, printing plans
-// and reports.
+// What the subcommands of vtbuild share: options that mean the same everywhere, building one planned layer
+// with progress, printing plans and reports.
 #pragma once
 
 #include <CLI/CLI.hpp>
@@ -40,7 +40,8 @@ struct BuildFlags {
   // Parsed forms; kUsage when a text makes no sense.
   [[nodiscard]] Result<std::size_t> memory_bytes() const;
   [[nodiscard]] Result<cli::ProgressMode> progress_mode() const;
-  // The sources of a layer may keep an eighth of the memory decoded, 4 to 128 MiB; their scratch file lies beside the store.
+  // The sources of a layer may keep an eighth of the memory decoded, 4 to 128 MiB; their scratch file lies
+  // beside the store.
   [[nodiscard]] pipeline::PlanOptions plan_options(std::size_t memory_bytes, const std::filesystem::path& store) const;
 };
 
@@ -50,8 +51,8 @@ struct BuildFlags {
 // Names what a writer of the store has cleared away.
 void print_leftovers(const std::vector<std::filesystem::path>& removed);
 
-// Builds the layers in order into the store at `path`, made for `area` in the plans' CRS when it does not exist.
-// A plan's sources are closed when its layer is built.
+// Builds the layers in order into the store at `path`, made for `area` in the plans' CRS when it does not
+// exist. A plan's sources are closed when its layer is built.
 [[nodiscard]] Result<int> build_layers(const std::filesystem::path& path, std::vector<pipeline::LayerPlan> plans, const Area& area,
                                        const BuildFlags& flags);
 

@@ -1,4 +1,5 @@
-// What vtbuild says when a layer is done: for people, and as JSON for programs (schemas/vtbuild-report.schema.json).
+// What vtbuild says when a layer is done: for people, and as JSON for programs
+// (schemas/vtbuild-report.schema.json).
 #pragma once
 
 #include <nlohmann/json.hpp>

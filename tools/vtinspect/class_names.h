@@ -1,5 +1,6 @@
-// The classes of a material layer as its metadata list them (schemas/store-metadata.schema.json), for programs that print and draw them.
-// Metadata may be anything: what is not there or not as it should be is left out. Any thread.
+// The classes of a material layer as its metadata list them (schemas/store-metadata.schema.json), for
+// programs that print and draw them. Metadata may be anything: what is not there or not as it should be is
+// left out. Any thread.
 #pragma once
 
 #include <array>

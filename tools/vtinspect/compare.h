@@ -1,5 +1,5 @@
-// vtinspect compare: two stores layer by layer and tile by tile, or a layer's finest level with a raster file, in what the channel means;
-// JSON in schemas/vtinspect-compare.schema.json.
+// vtinspect compare: two stores layer by layer and tile by tile, or a layer's finest level with a raster
+// file, in what the channel means; JSON in schemas/vtinspect-compare.schema.json.
 #pragma once
 
 #include <filesystem>

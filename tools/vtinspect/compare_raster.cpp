@@ -1,8 +1,9 @@
-// vtinspect compare of a layer's finest level with a raster. The raster is understood in one of two ways. As a *source*: its samples go the
-// way of the layer's own sources, through the same channel, settings, resampling, format and block encoder, and what comes out is held
-// against what is stored; so whatever the format loses is lost on both sides. As *values*: its samples are what the layer's texels are
-// worth, as `extract` writes them. A raster that is equal in either way is equal; of one that is not, the way in which less differs is
-// shown.
+// vtinspect compare of a layer's finest level with a raster. The raster is understood in one of two ways. As
+// a *source*: its samples go the way of the layer's own sources, through the same channel, settings,
+// resampling, format and block encoder, and what comes out is held against what is stored; so whatever the
+// format loses is lost on both sides. As *values*: its samples are what the layer's texels are worth, as
+// `extract` writes them. A raster that is equal in either way is equal; of one that is not, the way in which
+// less differs is shown.
 #include <fmt/format.h>
 
 #include <array>
@@ -40,7 +41,8 @@ struct Sides {
   const LayerInfo& layer;
   const source::RasterInfo& raster;
   geo::Crs crs;
-  // Where the raster's first sample lies in the layer, if its samples are the layer's texels; otherwise why they are not.
+  // Where the raster's first sample lies in the layer, if its samples are the layer's texels; otherwise why
+  // they are not.
   std::optional<TexelRect> raster_at;
   std::string off_grid;
 };
@@ -55,8 +57,8 @@ struct Finding {
   [[nodiscard]] std::uint64_t differing() const { return difference.differing_texels; }
 };
 
-// Where the raster's first sample lies, counted in the layer's finest texels from the data's north-west corner. Nothing, with the reason in
-// `problem`, when the raster's samples are not the layer's texels.
+// Where the raster's first sample lies, counted in the layer's finest texels from the data's north-west
+// corner. Nothing, with the reason in `problem`, when the raster's samples are not the layer's texels.
 std::optional<TexelRect> raster_in_layer(const source::RasterInfo& raster, const LayerInfo& layer, const geo::Crs& crs,
                                          std::string& problem) {
   if (!raster.has_transform) {
@@ -73,7 +75,8 @@ std::optional<TexelRect> raster_in_layer(const source::RasterInfo& raster, const
   const geo::GeoTransform& transform = raster.transform;
   const double column = (transform.x0 - layer.grid.origin_x) / layer.grid.step_x;
   const double row = (layer.grid.origin_y - transform.y0) / layer.grid.step_y;
-  // The steps may differ by less than a thousandth of a texel over the whole raster, and the origins by as much.
+  // The steps may differ by less than a thousandth of a texel over the whole raster, and the origins by as
+  // much.
   constexpr double kSlack = 1e-3;
   const bool same_steps = transform.is_north_up() &&
                           std::abs(transform.x_column / layer.grid.step_x - 1.0) * static_cast<double>(raster.width) <= kSlack &&
@@ -91,7 +94,8 @@ std::optional<TexelRect> raster_in_layer(const source::RasterInfo& raster, const
   return TexelRect{std::llround(column), std::llround(row), raster.width, raster.height};
 }
 
-// Every tile of the finest level that has a part in `compared`, which counts from the data rectangle's corner.
+// Every tile of the finest level that has a part in `compared`, which counts from the data rectangle's
+// corner.
 template <class Visit>
 Result<void> for_each_tile_in(const LayerInfo& layer, const TexelRect& compared, cli::ProgressMode mode, const Visit& visit) {
   const TexelRect place{layer.data.x + compared.x, layer.data.y + compared.y, compared.width, compared.height};
@@ -279,7 +283,8 @@ class SourceComparer {
       if (is_measured_[i]) take(m++, sums_[i]);
   }
 
-  // For each texel of the planned tile, how much the format loses of it at most within its block: first coverage, then each measure.
+  // For each texel of the planned tile, how much the format loses of it at most within its block: first
+  // coverage, then each measure.
   void find_losses() {
     const auto width = static_cast<std::size_t>(planned_.rect.width);
     const auto height = static_cast<std::size_t>(planned_.rect.height);
@@ -309,8 +314,8 @@ class SourceComparer {
     return std::abs(static_cast<double>(samples[3]) - 255.0 * std::clamp(static_cast<double>(weight_of(in_data)), 0.0, 1.0));
   }
 
-  // Blocks of another choice of colours can be as good. A texel is another one when it is more than twice as far from the raster as what
-  // would be stored of it is at its block's worst texel.
+  // Blocks of another choice of colours can be as good. A texel is another one when it is more than twice as
+  // far from the raster as what would be stored of it is at its block's worst texel.
   [[nodiscard]] bool is_beyond_loss(std::size_t at, std::size_t in_data) {
     constexpr double kTwice = 2.0;
     const std::size_t kinds = 1 + finding_.difference.measured.size();
@@ -345,8 +350,9 @@ const LayerInfo& owner_of(const store::StoreReader& reader, const LayerInfo& lay
   return owner == nullptr ? layer : *owner;
 }
 
-// What the raster would be as the layer's only source. Where the layer's sources had bands chosen that this raster does not have, all of
-// its own are taken; where a raster has no place but the layer's size, it gets the layer's place.
+// What the raster would be as the layer's only source. Where the layer's sources had bands chosen that this
+// raster does not have, all of its own are taken; where a raster has no place but the layer's size, it gets
+// the layer's place.
 Result<pipeline::LayerPlan> plan_of_raster(const Sides& sides, const LayerInfo& owner) {
   const Area& area = sides.reader.description().area;
   auto known = tools::built_request(sides.reader, owner, {sides.crs, area}, sides.options.second);

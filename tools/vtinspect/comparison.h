@@ -40,8 +40,8 @@ struct LevelDifference {
   std::uint64_t only_in_first = 0;
   std::uint64_t only_in_second = 0;
   std::uint64_t texels = 0;  // of the data in those tiles
-  // Those of them that differ: in any value, or against a raster by more than the layer's format loses; with or without data on one side
-  // only as well.
+  // Those of them that differ: in any value, or against a raster by more than the layer's format loses; with
+  // or without data on one side only as well.
   std::uint64_t differing_texels = 0;
   std::uint64_t data_only_in_first = 0;
   std::uint64_t data_only_in_second = 0;

@@ -1,4 +1,5 @@
-// How a layer's values become a picture for people: which channels are shown, what is black and what is white. Any thread.
+// How a layer's values become a picture for people: which channels are shown, what is black and what is
+// white. Any thread.
 #pragma once
 
 #include <array>
@@ -28,11 +29,12 @@ class Display {
   [[nodiscard]] int channels() const { return channels_; }
   // How many of those say something: of two components the third colour stays dark.
   [[nodiscard]] std::size_t channels_with_values() const { return channels_with_values_; }
-  // What black and white are whatever the values are: codes, components of directions. nullopt: what the values reach.
+  // What black and white are whatever the values are: codes, components of directions. nullopt: what the
+  // values reach.
   [[nodiscard]] std::optional<ValueRange> fixed_range() const { return fixed_range_; }
 
-  // The values to show of a texel. A direction of which x and y are stored gets its z, a class its colour, where its layer's table has
-  // colours. NaN: no data.
+  // The values to show of a texel. A direction of which x and y are stored gets its z, a class its colour,
+  // where its layer's table has colours. NaN: no data.
   [[nodiscard]] std::array<float, 3> shown(std::span<const float> texel) const;
   // 0 to 255. Light is shown as the sRGB code of its share of the range, all else in proportion.
   [[nodiscard]] float tone(float value, const ValueRange& range) const;
@@ -47,8 +49,8 @@ class Display {
   ClassTable classes_;  // with colours, or empty
 };
 
-// The range of values that are seen bit by bit: from the least to the greatest; of light up to the value that one in 200 exceeds, so that a
-// few lamps do not leave the rest black.
+// The range of values that are seen bit by bit: from the least to the greatest; of light up to the value that
+// one in 200 exceeds, so that a few lamps do not leave the rest black.
 class RangeFinder {
  public:
   explicit RangeFinder(const LayerInfo& layer);

@@ -31,8 +31,8 @@ struct Band {
   std::vector<std::uint8_t> is_present;
 };
 
-// Calls `visit(band)` for every band of `rect` from north to south. Bands end at tile edges, so that no tile is unpacked twice where one
-// row of tiles fits into kBandBytes.
+// Calls `visit(band)` for every band of `rect` from north to south. Bands end at tile edges, so that no tile
+// is unpacked twice where one row of tiles fits into kBandBytes.
 template <class Visit>
 Result<void> for_each_band(LevelReader& level, const LayerInfo& layer, const TexelRect& rect, const Visit& visit) {
   const std::size_t texel_bytes = layout_of(layer).texel_bytes();
@@ -123,7 +123,8 @@ Result<TexelRect> window_rect(const ExtractOptions& options, const LayerInfo& la
   return TexelRect{data.x + x, data.y + y, width, height};
 }
 
-// Nobody wants a picture of the whole Earth by accident: what takes days, and more than disks hold, is asked for piece by piece.
+// Nobody wants a picture of the whole Earth by accident: what takes days, and more than disks hold, is asked
+// for piece by piece.
 constexpr double kMostBytes = 0x1p44;
 
 Result<void> check_size(const ExtractOptions& options, const LayerInfo& layer, Level level, const TexelRect& rect) {
@@ -144,8 +145,9 @@ Result<void> check_size(const ExtractOptions& options, const LayerInfo& layer, L
                   coarse.width, coarse.height, cli::format_bytes_of(bytes_of(coarse))));
 }
 
-// The level's own grid: the layer's, with steps 2^k times as long. For the finest level these are exactly the source's numbers. Where
-// values do not lie at the centres of their texels, the grid is moved so that the centres of its cells are where the values are.
+// The level's own grid: the layer's, with steps 2^k times as long. For the finest level these are exactly the
+// source's numbers. Where values do not lie at the centres of their texels, the grid is moved so that the
+// centres of its cells are where the values are.
 geo::GeoTransform transform_of(const Area& area, const LayerInfo& layer, Level level, const TexelRect& rect) {
   const double scale = std::ldexp(1.0, paper_level(level, layer.finest));
   const double move = layer.value_offset(level) - 0.5;
@@ -159,8 +161,9 @@ geo::GeoTransform transform_of(const Area& area, const LayerInfo& layer, Level l
   return transform;
 }
 
-// What GDAL_NODATA and the samples shall say for "no data" in a float layer. Of heights the source's own number: there values are the
-// source's own, while in degrees of a direction or kelvins of a code that number would be a value like any other.
+// What GDAL_NODATA and the samples shall say for "no data" in a float layer. Of heights the source's own
+// number: there values are the source's own, while in degrees of a direction or kelvins of a code that number
+// would be a value like any other.
 std::optional<double> nodata_to_write(const LayerInfo& layer, const AbsentTexels& absent) {
   if (absent.code_of_none) return absent.code_of_none;
   if (!std::isnan(absent.value) && !absent.is_data) return std::nullopt;  // it has a value, which is that of texels with data as well
@@ -212,7 +215,8 @@ Result<void> extract_bytes(const ExtractOptions& options, const Job& job, LevelR
   return picture->finish();
 }
 
-// With `nodata` in place of NaN, if it is given. False: the file would say that values are missing which are not; it was not finished.
+// With `nodata` in place of NaN, if it is given. False: the file would say that values are missing which are
+// not; it was not finished.
 Result<bool> write_floats(const ExtractOptions& options, const Job& job, LevelReader& level, const cli::PictureSpec& spec,
                           cli::Progress& progress) {
   const bool replaces = spec.nodata && !std::isnan(*spec.nodata);

@@ -1,4 +1,5 @@
-// vtinspect extract: a window of one level as a picture or a georeferenced GeoTIFF, or all levels of a layer on one sheet.
+// vtinspect extract: a window of one level as a picture or a georeferenced GeoTIFF, or all levels of a layer
+// on one sheet.
 //
 // Where there are no data, in a tile or where none is, a reader of the GeoTIFF sees:
 //   color         coverage 0 in the fourth band; a fourth band is added where tiles of an opaque layer are absent. (Inside the tiles of an

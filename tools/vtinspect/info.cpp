@@ -23,7 +23,8 @@ namespace vt::inspect {
 
 namespace {
 
-// Asking the index for one tile takes about a tenth of a microsecond; above this a table would take longer than people wait.
+// Asking the index for one tile takes about a tenth of a microsecond; above this a table would take longer
+// than people wait.
 constexpr std::uint64_t kMaxCountedTiles = std::uint64_t{1} << 26;
 
 struct LevelSummary {

@@ -1,4 +1,5 @@
-// vtinspect: shows, checks, samples, compares and extracts what a store holds. Only the command line is here; each subcommand has a file.
+// vtinspect: shows, checks, samples, compares and extracts what a store holds. Only the command line is here;
+// each subcommand has a file.
 #include <CLI/CLI.hpp>
 #include <functional>
 #include <map>

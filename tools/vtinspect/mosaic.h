@@ -10,8 +10,9 @@
 
 namespace vt::inspect {
 
-// Writes a PNG with one cell a level, coarsest first. A level that fits into a cell is shown whole, enlarged by a whole factor; of a larger
-// one the cell shows the texels around the middle, one to one. Returns a sentence that says what is on the sheet.
+// Writes a PNG with one cell a level, coarsest first. A level that fits into a cell is shown whole, enlarged
+// by a whole factor; of a larger one the cell shows the texels around the middle, one to one. Returns a
+// sentence that says what is on the sheet.
 [[nodiscard]] Result<std::string> write_mosaic(const store::StoreReader& reader, const LayerInfo& layer,
                                                const std::filesystem::path& output);
 

@@ -1,5 +1,6 @@
-// What a layer's metadata say of its numbers and of their errors (builder/pipeline/blocks/block_quality.h writes it), as text. Metadata are
-// for tools and may be anything: what is not there or not of its type is left out.
+// What a layer's metadata say of its numbers and of their errors (builder/pipeline/blocks/block_quality.h
+// writes it), as text. Metadata are for tools and may be anything: what is not there or not of its type is
+// left out.
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>

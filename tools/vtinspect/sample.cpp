@@ -55,7 +55,8 @@ Result<Point2> crs_from_argument(const SampleOptions& options, const geo::Crs& c
   return *position;
 }
 
-// The same place so many turns round the Earth further that it lies in the layer, if it lies there at all; else as near to it as can be.
+// The same place so many turns round the Earth further that it lies in the layer, if it lies there at all;
+// else as near to it as can be.
 Point2 turned_into(const LayerInfo& layer, const geo::Crs& crs, Point2 position) {
   const std::optional<double> turn = crs.turn();
   if (!turn) return position;
@@ -103,7 +104,8 @@ std::string valid_range(const SampleOptions& options, const VtMapping& mapping, 
     const Point2 b = mapping.uv_from_texel(layer.finest, south_east);
     return fmt::format("u {:.10g} .. {:.10g}, v {:.10g} .. {:.10g}", a.x, b.x, b.y, a.y);
   }
-  // Straight edges of the grid are curves on the Earth, so their corners and middles give the range only roughly.
+  // Straight edges of the grid are curves on the Earth, so their corners and middles give the range only
+  // roughly.
   double west = 0.0;
   double east = 0.0;
   double south = 0.0;
@@ -185,7 +187,8 @@ Result<int> run_sample(const SampleOptions& options) {
 
   const VtMapping mapping(reader.description().area, *layer);
   VT_ASSIGN(const Point2 position, position_from_arguments(options, mapping, *layer, level, crs));
-  // Held against the finest grid, because a coarse texel at the rim covers more than the data. Written so that NaN is outside.
+  // Held against the finest grid, because a coarse texel at the rim covers more than the data. Written so
+  // that NaN is outside.
   const double scale = std::ldexp(1.0, paper_level(level, layer->finest));
   const Point2 finest{position.x * scale, position.y * scale};
   const TexelRect data = layer->data_rect(level);
@@ -199,7 +202,8 @@ Result<int> run_sample(const SampleOptions& options) {
                     options.uv.empty() ? options.lonlat : options.uv, layer->name, valid_range(options, mapping, *layer, crs)));
   }
 
-  // The texel whose value lies nearest. The east and south edges belong to the last texel, as u = 1 and v = 0 belong to the area.
+  // The texel whose value lies nearest. The east and south edges belong to the last texel, as u = 1 and v = 0
+  // belong to the area.
   const double offset = layer->value_offset(level);
   const auto nearest = [&](double at) { return static_cast<std::int64_t>(std::floor(at + 0.5 - offset)); };
   const std::int64_t x = std::clamp(nearest(position.x), data.x, data.right() - 1);
@@ -248,7 +252,8 @@ Result<int> run_sample(const SampleOptions& options) {
     return 0;
   }
 
-  std::string text = fmt::format("layer     {} ({}, {})\n", layer->name, channels::channel_name(layer->channel), format_info(layer->format).name);
+  std::string text =
+      fmt::format("layer     {} ({}, {})\n", layer->name, channels::channel_name(layer->channel), format_info(layer->format).name);
   text += fmt::format("level     {} (finest {}, paper level {})\n", int{level.value}, int{layer->finest.value},
                       paper_level(level, layer->finest));
   text += fmt::format("texel     {}, {}\n", x - data.x, y - data.y);

@@ -1,5 +1,5 @@
-// vtinspect sample: one texel of a layer, found by longitude and latitude, by column and row, or by (u, v); JSON in
-// schemas/vtinspect-sample.schema.json.
+// vtinspect sample: one texel of a layer, found by longitude and latitude, by column and row, or by (u, v);
+// JSON in schemas/vtinspect-sample.schema.json.
 #pragma once
 
 #include <filesystem>

@@ -1,4 +1,5 @@
-// vtinspect validate: every finding of store::validate, for people or as JSON (schemas/vtinspect-validate.schema.json).
+// vtinspect validate: every finding of store::validate, for people or as JSON
+// (schemas/vtinspect-validate.schema.json).
 #pragma once
 
 #include <filesystem>

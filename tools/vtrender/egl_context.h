@@ -1,6 +1,6 @@
-// An OpenGL context without a window system: EGL's surfaceless platform with a pbuffer. For vtrender and the tests; the runtime library
-// makes no context. The context is current on the thread that made it. The display stays open until the process ends (closing it makes Mesa
-// look like a leak).
+// An OpenGL context without a window system: EGL's surfaceless platform with a pbuffer. For vtrender and the
+// tests; the runtime library makes no context. The context is current on the thread that made it. The display
+// stays open until the process ends (closing it makes Mesa look like a leak).
 #pragma once
 
 #include "store/result.h"

@@ -1,5 +1,5 @@
-// vtrender: draws a store as terrain in perspective, without a window, through the runtime library and nothing else. Pictures, and frame
-// times of a flight.
+// vtrender: draws a store as terrain in perspective, without a window, through the runtime library and
+// nothing else. Pictures, and frame times of a flight.
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
@@ -76,7 +76,8 @@ Result<Camera> parse_camera(const std::string& text) {
   return c;
 }
 
-// Ground metres along u and v, at the middle of the area. A store without a place on the Earth counts in metres.
+// Ground metres along u and v, at the middle of the area. A store without a place on the Earth counts in
+// metres.
 Result<Point2> ground_metres(const store::StoreReader& reader) {
   const Area& area = reader.description().area;
   const Point2 units{area.east - area.west, area.north - area.south};

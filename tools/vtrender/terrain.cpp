@@ -154,7 +154,8 @@ void Terrain::visible(const View& view, std::vector<const Patch*>& out) {
 }
 
 void Terrain::descend(int depth, std::int64_t column, std::int64_t row, const View& view, std::vector<const Patch*>& out) {
-  // The node is a square of the padded square, cut to the data: its edges are tile edges of every level that is coarse enough.
+  // The node is a square of the padded square, cut to the data: its edges are tile edges of every level that
+  // is coarse enough.
   const double size = std::ldexp(1.0, vt_exponent_ - depth);
   const double x = static_cast<double>(column) * size;
   const double y = static_cast<double>(row) * size;

@@ -1,5 +1,5 @@
-// The terrain that vtrender draws: square patches of the dataset, finer near the eye, cut along the grid that tiles lie on, so that a patch
-// always fits a tile. Also the camera. No OpenGL.
+// The terrain that vtrender draws: square patches of the dataset, finer near the eye, cut along the grid that
+// tiles lie on, so that a patch always fits a tile. Also the camera. No OpenGL.
 #pragma once
 
 #include <array>
@@ -29,7 +29,8 @@ struct Camera {
   double fov_deg = 45.0;     // vertical
 };
 
-// What the camera is in the scene: the eye, and the matrix that takes offsets from the eye to clip space (column major).
+// What the camera is in the scene: the eye, and the matrix that takes offsets from the eye to clip space
+// (column major).
 struct View {
   Vector3 eye;
   std::array<double, 16> clip_from_offset{};
@@ -58,7 +59,8 @@ class Terrain {
   [[nodiscard]] Point2 uv_at(const Vector3& place) const;
   [[nodiscard]] View view(const Camera& camera, int width, int height) const;
   [[nodiscard]] Camera default_camera(double aspect) const;
-  // Over the southern part of the data, looking north and a little down, so low that the finest texels are larger than pixels near by.
+  // Over the southern part of the data, looking north and a little down, so low that the finest texels are
+  // larger than pixels near by.
   [[nodiscard]] Camera flight_camera() const;
   // Where the middle of the lower half of the picture meets the ground: a good paging center.
   [[nodiscard]] Point2 look_at(const Camera& camera) const;

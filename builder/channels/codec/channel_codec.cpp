@@ -23,7 +23,8 @@ bool ChannelCodec::decode_row(const std::byte* samples, std::int64_t count, cons
   return covered_layout_ ? decode_covered(samples, count, out) : decode_values(samples, count, out);
 }
 
-// Piece by piece: values and coverage are taken apart, and the planes of the values are multiplied by the coverage.
+// Piece by piece: values and coverage are taken apart, and the planes of the values are multiplied by the
+// coverage.
 bool ChannelCodec::decode_covered(const std::byte* samples, std::int64_t count, const PlaneRow& out) const {
   constexpr std::int64_t kAtOnce = 128;
   constexpr std::size_t kMostValueBytes = 8 * kMaxPlanes;

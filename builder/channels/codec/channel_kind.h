@@ -1,6 +1,7 @@
-// One kind of numbers: everything that the builder and the tools know of a channel, in one value. Each channel defines its own beside its
-// codec; builder/channels/all_channels.cpp has one row a channel. Nothing outside a channel's folder asks which channel it has before it:
-// it asks what the channel's kind says. Constant data, any thread.
+// One kind of numbers: everything that the builder and the tools know of a channel, in one value. Each
+// channel defines its own beside its codec; builder/channels/all_channels.cpp has one row a channel. Nothing
+// outside a channel's folder asks which channel it has before it: it asks what the channel's kind says.
+// Constant data, any thread.
 #pragma once
 
 #include <cstddef>
@@ -75,7 +76,8 @@ struct ChannelKind {
   TexelFormat (*usual_format)(SampleType samples, bool may_be_empty) = nullptr;
   Transfer transfer = Transfer::kLinear;
   bool fourth_is_coverage = false;  // in formats of four components
-  // The light of the stored number 1 in layers of such a format is chosen by a look at the sources, see stored_light.h.
+  // The light of the stored number 1 in layers of such a format is chosen by a look at the sources, see
+  // stored_light.h.
   bool (*chooses_stored_light)(TexelFormat format, const Options& options) = [](TexelFormat, const Options&) { return false; };
   // Stored to raw bytes at zstd:3, the upper end of what was measured.
   double (*stored_ratio)(TexelFormat format) = [](TexelFormat) { return kUnmeasuredRatio; };

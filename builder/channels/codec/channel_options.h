@@ -1,5 +1,6 @@
-// The options that a channel understands, as rows of its ChannelKind: the command line makes its flags of them, scene files their keys, and
-// the channel reads its own with the functions below. A new option is one row and one line in its channel's file.
+// The options that a channel understands, as rows of its ChannelKind: the command line makes its flags of
+// them, scene files their keys, and the channel reads its own with the functions below. A new option is one
+// row and one line in its channel's file.
 #pragma once
 
 #include <optional>

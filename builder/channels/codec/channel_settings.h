@@ -1,4 +1,5 @@
-// Everything about a layer's channel that a user may choose. Plain values; what is possible together is each channel's affair.
+// Everything about a layer's channel that a user may choose. Plain values; what is possible together is each
+// channel's affair.
 #pragma once
 
 #include <limits>
@@ -10,7 +11,8 @@
 
 namespace vt::channels {
 
-// Choices of one channel by their names in channel_options.h, as text: "frame" -> "enu". An option that is not there has its default.
+// Choices of one channel by their names in channel_options.h, as text: "frame" -> "enu". An option that is
+// not there has its default.
 using Options = std::map<std::string, std::string>;
 
 struct ChannelSettings {

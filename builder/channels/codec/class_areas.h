@@ -1,5 +1,5 @@
-// Texels of the finest level that lie over many samples: how much of each texel every class holds, before it is counted in whole units.
-// Arithmetic only; a value belongs to one thread.
+// Texels of the finest level that lie over many samples: how much of each texel every class holds, before it
+// is counted in whole units. Arithmetic only; a value belongs to one thread.
 #pragma once
 
 #include <cstdint>

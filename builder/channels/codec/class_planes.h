@@ -1,6 +1,7 @@
-// What the planes of a layer of classes hold. Classes are names, not amounts: they are never averaged. The source planes are the class and
-// the weight (1, or 0 without data); the planes of a coarser texel tell of its most frequent classes, which ClassCascade
-// (builder/pyramid/class_cascade.h) finds by counting. Arithmetic only, any thread.
+// What the planes of a layer of classes hold. Classes are names, not amounts: they are never averaged. The
+// source planes are the class and the weight (1, or 0 without data); the planes of a coarser texel tell of
+// its most frequent classes, which ClassCascade (builder/pyramid/class_cascade.h) finds by counting.
+// Arithmetic only, any thread.
 #pragma once
 
 namespace vt::channels {
@@ -15,8 +16,8 @@ struct ClassCounting {
 
 inline constexpr int kClassWeightPlane = 1;
 
-// The class of rank `rank` (0 = most frequent), and its share of the area that has data, 0 to 1. A rank that no class has is class 0 with
-// share 0. The class of rank 0 is the first source plane.
+// The class of rank `rank` (0 = most frequent), and its share of the area that has data, 0 to 1. A rank that
+// no class has is class 0 with share 0. The class of rank 0 is the first source plane.
 [[nodiscard]] constexpr int class_plane(int rank) { return rank == 0 ? 0 : 2 * rank + 1; }
 [[nodiscard]] constexpr int share_plane(int rank) { return 2 * rank + 2; }
 [[nodiscard]] constexpr int class_planes(int ranked) { return 2 * ranked + 1; }

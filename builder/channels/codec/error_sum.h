@@ -1,4 +1,5 @@
-// Errors of many texels, collected. Sums are in double; adding blocks in a fixed order gives the same bits whatever thread made them.
+// Errors of many texels, collected. Sums are in double; adding blocks in a fixed order gives the same bits
+// whatever thread made them.
 #pragma once
 
 #include <algorithm>

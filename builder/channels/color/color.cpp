@@ -1,6 +1,6 @@
-// Colour. A number is a code of a transfer function, the source's own on the way in and the layer's on the way out; what averages is light.
-// Planes: red, green, blue light times weight, then the weight, which is coverage (alpha) where the source has it and 1 or 0 for data and
-// no data otherwise.
+// Colour. A number is a code of a transfer function, the source's own on the way in and the layer's on the
+// way out; what averages is light. Planes: red, green, blue light times weight, then the weight, which is
+// coverage (alpha) where the source has it and 1 or 0 for data and no data otherwise.
 
 #include "builder/channels/color/color.h"
 
@@ -29,7 +29,8 @@ constexpr float kLeastSeenWeight = 0.5F / 255.0F;
 
 class ColorCodec final : public ChannelCodec {
  public:
-  // `transfer` of the texels, `source_transfer` of the samples. `is_associated`: samples are codes that were multiplied by their coverage.
+  // `transfer` of the texels, `source_transfer` of the samples. `is_associated`: samples are codes that were
+  // multiplied by their coverage.
   ColorCodec(const SampleLayout& layout, Transfer transfer, Transfer source_transfer, bool is_associated, TexelFormat format)
       : layout_(layout),
         source_transfer_(source_transfer),
@@ -39,7 +40,8 @@ class ColorCodec final : public ChannelCodec {
     source_planes_ = 4;
     rules_.assign(4, PlaneRule::kLinear);
     stores_alpha_ = unblocked_format(format) == TexelFormat::kRgba8;
-    // An opaque format shows whatever has a colour: of a line one texel wide the coarsest levels cover next to nothing.
+    // An opaque format shows whatever has a colour: of a line one texel wide the coarsest levels cover next
+    // to nothing.
     least_weight_ = stores_alpha_ ? kLeastSeenWeight : std::numeric_limits<float>::min();
     const auto channels = static_cast<std::size_t>(format_info(format).channels);
     const std::vector<std::string> names{"red", "green", "blue", "coverage"};
@@ -109,8 +111,8 @@ class ColorCodec final : public ChannelCodec {
     for (std::int64_t i = 0; i < count; ++i) texels[4 * i + 3] = std::byte{0};
   }
 
-  // In light, where 1 is white, and in shares. Where coverage is stored an error of light counts by it, for that is how much of it is seen;
-  // opaque formats show all of it however little of the texel had data.
+  // In light, where 1 is white, and in shares. Where coverage is stored an error of light counts by it, for
+  // that is how much of it is seen; opaque formats show all of it however little of the texel had data.
   void add_errors(std::size_t, const ConstPlaneRow& reference, const float* stored, std::int64_t count,
                   std::span<ErrorSum> errors) const override {
     const std::int64_t step = static_cast<std::int64_t>(parts_[0].components.size());
@@ -119,7 +121,8 @@ class ColorCodec final : public ChannelCodec {
       if (!(weight >= least_weight_)) continue;
       const double seen = stores_alpha_ ? std::min(static_cast<double>(weight), 1.0) : 1.0;
       for (std::size_t c = 0; c < 3; ++c) {
-        // Sharp kernels ring below black and above white: what is cut off there is no error of a texel, but a loss or a gain of light.
+        // Sharp kernels ring below black and above white: what is cut off there is no error of a texel, but a
+        // loss or a gain of light.
         const double filtered = static_cast<double>(reference[c][i]) / weight;
         const double wanted = std::clamp(filtered, 0.0, 1.0);
         const double is = table_.light(static_cast<std::uint8_t>(stored[i * step + static_cast<std::int64_t>(c)] + 0.5F));
@@ -216,7 +219,8 @@ class ColorCodec final : public ChannelCodec {
       opaque = opaque && w == 1.0;
       out[3][i] = static_cast<float>(w);
       for (std::size_t b = 0; b < 3; ++b) {
-        // No colour is more than white: codes of a nearly clear texel are too coarse to be trusted with the division.
+        // No colour is more than white: codes of a nearly clear texel are too coarse to be trusted with the
+        // division.
         const double v = is_associated_ ? value[bands == 1 ? 0 : b] / w : value[bands == 1 ? 0 : b];
         out[b][i] = w > 0.0 ? static_cast<float>(w) * light_of(v) : 0.0F;
       }
@@ -236,8 +240,8 @@ class ColorCodec final : public ChannelCodec {
     return static_cast<float>(linear_from_code(source_transfer_, std::clamp((value - range[0]) / (range[1] - range[0]), 0.0, 1.0)));
   }
 
-  // A texel without colour of its own. The source's own nodata code if it has one, so that it is given back exactly; else the mean colour
-  // of the neighbours that have some; else black.
+  // A texel without colour of its own. The source's own nodata code if it has one, so that it is given back
+  // exactly; else the mean colour of the neighbours that have some; else black.
   void encode_empty(const RowNeighbourhood& rows, std::int64_t i, std::uint8_t* codes) const {
     if (nodata_code_[0] >= 0) {
       for (std::size_t p = 0; p < 3; ++p) codes[p] = static_cast<std::uint8_t>(nodata_code_[p]);
@@ -315,7 +319,8 @@ const ChannelKind kColorKind{
     .has_black_and_white = true,
     .concern = source::Concern::kColor,
     .usual_kernel = "kaiser3",
-    // Coverage has to be stored when there can be texels without data; an opaque format is the user's explicit wish.
+    // Coverage has to be stored when there can be texels without data; an opaque format is the user's
+    // explicit wish.
     .usual_format = [](SampleType, bool may_be_empty) { return may_be_empty ? TexelFormat::kRgba8 : TexelFormat::kRgb8; },
     .transfer = Transfer::kSrgb,
     .fourth_is_coverage = true,

@@ -1,5 +1,6 @@
-// The inner loops of opaque 8-bit colour: codes to light and light to codes, a row at a time, SIMD with run-time dispatch. Table look-ups
-// and comparisons only, so every CPU gives the same bits as CodeTable does code by code. Any thread.
+// The inner loops of opaque 8-bit colour: codes to light and light to codes, a row at a time, SIMD with
+// run-time dispatch. Table look-ups and comparisons only, so every CPU gives the same bits as CodeTable does
+// code by code. Any thread.
 #pragma once
 
 #include <cstddef>

@@ -1,8 +1,9 @@
-// Elevation. A number is a height in metres; heights average as they are, over the samples that exist: a void must not pull the surface
-// down. Planes: height times weight; where samples are wide what its floats miss (wide_value.h); weight (1 data, 0 void); for bounds the
-// least and the greatest height of the finest level under a texel, which are floats rounded outward. Stored as floats, halves, or 16-bit
-// codes with one quantum for all of the layer, so that both tiles at an edge decode equal; a texel without any data is NaN or code 0, never
-// a height.
+// Elevation. A number is a height in metres; heights average as they are, over the samples that exist: a void
+// must not pull the surface down. Planes: height times weight; where samples are wide what its floats miss
+// (wide_value.h); weight (1 data, 0 void); for bounds the least and the greatest height of the finest level
+// under a texel, which are floats rounded outward. Stored as floats, halves, or 16-bit codes with one quantum
+// for all of the layer, so that both tiles at an edge decode equal; a texel without any data is NaN or code
+// 0, never a height.
 
 #include "builder/channels/elevation/elevation.h"
 

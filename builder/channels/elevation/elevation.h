@@ -1,4 +1,5 @@
-// The row of elevation layers, see channel_kind.h. What their numbers mean and how they average is said in elevation.cpp.
+// The row of elevation layers, see channel_kind.h. What their numbers mean and how they average is said in
+// elevation.cpp.
 #pragma once
 
 #include "builder/channels/codec/channel_kind.h"

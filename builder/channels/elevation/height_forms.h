@@ -1,5 +1,6 @@
-// Heights as numbers of a texel format: to nearest, and outward for bounds. Each form says of a height whether it can hold it; none clamps.
-// Pure functions, any thread. Private to builder/channels/elevation/elevation.cpp.
+// Heights as numbers of a texel format: to nearest, and outward for bounds. Each form says of a height
+// whether it can hold it; none clamps. Pure functions, any thread. Private to
+// builder/channels/elevation/elevation.cpp.
 #pragma once
 
 #include <cmath>
@@ -10,9 +11,10 @@
 
 namespace vt::channels {
 
-// Every form: `Sample` is what is stored, kNone what means "no data". nearest(), below() and above() give the nearest sample, the greatest
-// that is not above the height and the least that is not below it; false: there is none, `out` is kNone. Heights are floats or doubles.
-// from(origin) takes heights less `origin`, which only codes can.
+// Every form: `Sample` is what is stored, kNone what means "no data". nearest(), below() and above() give the
+// nearest sample, the greatest that is not above the height and the least that is not below it; false: there
+// is none, `out` is kNone. Heights are floats or doubles. from(origin) takes heights less `origin`, which
+// only codes can.
 
 struct FloatHeights {
   using Sample = float;
@@ -55,7 +57,8 @@ struct HalfHeights {
 
  private:
   static constexpr Sample kSign = 0x8000;
-  // The neighbouring half upward (direction 1) or downward (-1). Its magnitude, as an integer, is the half's rank.
+  // The neighbouring half upward (direction 1) or downward (-1). Its magnitude, as an integer, is the half's
+  // rank.
   [[nodiscard]] static Sample next(Sample half, int direction) {
     if ((half & ~kSign) == 0) return static_cast<Sample>(direction > 0 ? 1 : kSign | 1);
     const bool grows = ((half & kSign) == 0) == (direction > 0);

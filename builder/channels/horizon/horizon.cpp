@@ -1,14 +1,15 @@
-// Horizons. A number is the angle above the level, in radians, below which the terrain hides the sky in one direction. No single angle
-// stands for the texels under a coarse one: what averages exactly is the angle and its square, from which mean and standard deviation are
-// stored. The share of the surface that the sun reaches is then lit_fraction() of the two. Directions never mix.
+// Horizons. A number is the angle above the level, in radians, below which the terrain hides the sky in one
+// direction. No single angle stands for the texels under a coarse one: what averages exactly is the angle and
+// its square, from which mean and standard deviation are stored. The share of the surface that the sun
+// reaches is then lit_fraction() of the two. Directions never mix.
 //
-// Planes: for each direction the angle times weight; the weight; for each direction the square of the angle times weight (before the
-// weight where the source brings deviations, since then it is averaged by resampling as well). Sums are floats: a deviation is lost in
-// their rounding below about 0.0003 of the angle.
+// Planes: for each direction the angle times weight; the weight; for each direction the square of the angle
+// times weight (before the weight where the source brings deviations, since then it is averaged by resampling
+// as well). Sums are floats: a deviation is lost in their rounding below about 0.0003 of the angle.
 //
-// Codes. Means are spread evenly over `span` (by default all from -90 to 90 degrees: 0.0027 degrees a step in 16 bits, 0.71 in 8) and
-// clamped to it, deviations over 0 to half the span, no more than 45 degrees. Code 0 of the first mean is no data, except in bc5, which has
-// no code to spare and shows its neighbours there.
+// Codes. Means are spread evenly over `span` (by default all from -90 to 90 degrees: 0.0027 degrees a step in
+// 16 bits, 0.71 in 8) and clamped to it, deviations over 0 to half the span, no more than 45 degrees. Code 0
+// of the first mean is no data, except in bc5, which has no code to spare and shows its neighbours there.
 
 #include "builder/channels/horizon/horizon.h"
 
@@ -283,7 +284,8 @@ MadeCodec make_horizon(const ChannelSettings& settings, const SampleLayout& layo
   return std::make_unique<const HorizonCodec>(input, settings.format, span);
 }
 
-// The largest size of a number that is beyond a right angle in radians, and none in degrees; 0: there is none.
+// The largest size of a number that is beyond a right angle in radians, and none in degrees; 0: there is
+// none.
 template <class T>
 double largest_degrees(const SampleLayout& layout, std::span<const std::byte> samples) {
   constexpr double kMostRadians = std::numbers::pi / 2.0 * 1.001;
@@ -302,8 +304,8 @@ double largest_degrees(const SampleLayout& layout, std::span<const std::byte> sa
   return largest;
 }
 
-// Numbers of which neither the file nor the user says a unit are taken as radians. Those that are no such angles would leave texels without
-// data, so what looks like degrees is refused.
+// Numbers of which neither the file nor the user says a unit are taken as radians. Those that are no such
+// angles would leave texels without data, so what looks like degrees is refused.
 Result<void> check_unit(const Options& options, const SampleLayout& layout, std::span<const std::byte> samples) {
   const bool is_float = layout.type == SampleType::kFloat32 || layout.type == SampleType::kFloat64;
   if (options.contains("angles") || !layout.unit.empty() || !is_float) return {};

@@ -1,4 +1,5 @@
-// The row of horizon layers, see channel_kind.h. What their numbers mean and how they average is said in horizon.cpp.
+// The row of horizon layers, see channel_kind.h. What their numbers mean and how they average is said in
+// horizon.cpp.
 #pragma once
 
 #include "builder/channels/codec/channel_kind.h"

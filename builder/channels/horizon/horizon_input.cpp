@@ -20,8 +20,8 @@ constexpr auto kRightAngle = static_cast<float>(std::numbers::pi / 2.0);
 constexpr std::int64_t kAtOnce = 256;                         // texels of a row that are read together
 constexpr float kBeyondRightAngle = kRightAngle * 1.000001F;  // a right angle in degrees, brought into radians, may round up
 
-// Bands into `band_planes` as radians, one of each. Returns whether all of them are horizons (or deviations); `is_horizon` tells of each
-// texel.
+// Bands into `band_planes` as radians, one of each. Returns whether all of them are horizons (or deviations);
+// `is_horizon` tells of each texel.
 template <class T>
 bool read_angles(const HorizonInput& input, const std::byte* samples, std::int64_t count, std::span<float* const> band_planes,
                  std::uint8_t* is_horizon) {

@@ -1,4 +1,5 @@
-// Samples of horizon maps as moments of angles. Owns which directions the bands are, their unit, and what is no data.
+// Samples of horizon maps as moments of angles. Owns which directions the bands are, their unit, and what is
+// no data.
 #pragma once
 
 #include <cstddef>
@@ -24,9 +25,9 @@ struct HorizonInput {
   // Planes: a mean for each direction; with deviations a mean square for each; the weight.
   [[nodiscard]] std::size_t source_planes() const { return directions() * (has_deviations ? 2 : 1) + 1; }
 
-  // `count` texels into the source planes, weights 1 or 0. A texel has data when all its directions do: a number that is not a horizon
-  // (not finite, beyond 90 degrees, declared nodata, a negative deviation) leaves the whole texel without. Returns whether all weights
-  // are 1.
+  // `count` texels into the source planes, weights 1 or 0. A texel has data when all its directions do: a
+  // number that is not a horizon (not finite, beyond 90 degrees, declared nodata, a negative deviation)
+  // leaves the whole texel without. Returns whether all weights are 1.
   bool decode_row(const std::byte* samples, std::int64_t count, const PlaneRow& out) const;
 };
 

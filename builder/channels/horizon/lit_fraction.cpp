@@ -19,8 +19,9 @@ constexpr double exponential(double x) {
   return sum;
 }
 
-// Phi at multiples of a step h, by Simpson's rule over each step. The density at multiples of d = h / 2 comes from one to the next:
-// g(k + 1) / g(k) = exp(-(2 k + 1) d^2 / 2), which itself falls by the factor exp(-d^2).
+// Phi at multiples of a step h, by Simpson's rule over each step. The density at multiples of d = h / 2 comes
+// from one to the next: g(k + 1) / g(k) = exp(-(2 k + 1) d^2 / 2), which itself falls by the factor
+// exp(-d^2).
 constexpr std::array<double, kEntries> distribution_table() {
   constexpr double h = 1.0 / kStepsPerUnit;
   constexpr double d = 0.5 * h;

@@ -1,13 +1,16 @@
-// Illumination: light maps of high dynamic range, such as the lamps of a city by night. A number is linear light; light adds up, so it
-// averages as it is, weighted by coverage. Planes: red, green, blue light times weight, then the weight. A sample below 0 is an error of
-// the data and counts as 0, for there is no dark lamp; what is not finite is no data.
+// Illumination: light maps of high dynamic range, such as the lamps of a city by night. A number is linear
+// light; light adds up, so it averages as it is, weighted by coverage. Planes: red, green, blue light times
+// weight, then the weight. A sample below 0 is an error of the data and counts as 0, for there is no dark
+// lamp; what is not finite is no data.
 //
-// The total of light over a level is the same at every level. Formats with a fourth component store light as it is and coverage beside it,
-// so the total is of light times coverage. The others have no place for coverage: they store that product, and where nothing is known
-// there is no light. Light above a format's largest number becomes that number; how much was cut off is reported of every level.
+// The total of light over a level is the same at every level. Formats with a fourth component store light as
+// it is and coverage beside it, so the total is of light times coverage. The others have no place for
+// coverage: they store that product, and where nothing is known there is no light. Light above a format's
+// largest number becomes that number; how much was cut off is reported of every level.
 //
-// What is stored is light divided by one scale for the whole layer, which readers find as the components' scale: light in small units (by
-// night, 1e-7 to 1e-3 W/(m2 sr)) would vanish below what halves and rgb9e5 can say. A power of two moves exponents and rounds nothing.
+// What is stored is light divided by one scale for the whole layer, which readers find as the components'
+// scale: light in small units (by night, 1e-7 to 1e-3 W/(m2 sr)) would vanish below what halves and rgb9e5
+// can say. A power of two moves exponents and rounds nothing.
 
 #include "builder/channels/illumination/illumination.h"
 
@@ -118,8 +121,8 @@ class IlluminationCodec final : public ChannelCodec {
     return {};
   }
 
-  // Light beside the data stays for bilinear lookups where coverage can say that it is none; otherwise there is none, but for blocks, whose
-  // two ends would have to reach from the light to the darkness beside it.
+  // Light beside the data stays for bilinear lookups where coverage can say that it is none; otherwise there
+  // is none, but for blocks, whose two ends would have to reach from the light to the darkness beside it.
   void mark_outside(std::size_t, std::byte* texels, std::int64_t count) const override {
     const auto bytes = static_cast<std::int64_t>(format_info(texels_).block_bytes);
     if (parts_[0].format == TexelFormat::kBc6h) return;

@@ -1,4 +1,5 @@
-// The row of illumination layers, see channel_kind.h. What their numbers mean and how they average is said in illumination.cpp.
+// The row of illumination layers, see channel_kind.h. What their numbers mean and how they average is said in
+// illumination.cpp.
 #pragma once
 
 #include "builder/channels/codec/channel_kind.h"

@@ -1,9 +1,9 @@
-// Masks. A number is the share of a texel that lies inside, 0 to 1; shares average as they are, over the samples that exist. Planes: share
-// in 255ths (so that means of bytes are exact) times weight, weight (1 data, 0 none). Where nothing is known nothing is inside: such a
-// texel is stored as 0 and counts in no mean.
+// Masks. A number is the share of a texel that lies inside, 0 to 1; shares average as they are, over the
+// samples that exist. Planes: share in 255ths (so that means of bytes are exact) times weight, weight (1
+// data, 0 none). Where nothing is known nothing is inside: such a texel is stored as 0 and counts in no mean.
 //
-// For alpha tests ("inside is what exceeds REF") the plain mean is kept as the part "mean", and the layer's coarser levels are made of it
-// after the blocks, see builder/pipeline/passes/coverage_pass.h.
+// For alpha tests ("inside is what exceeds REF") the plain mean is kept as the part "mean", and the layer's
+// coarser levels are made of it after the blocks, see builder/pipeline/passes/coverage_pass.h.
 
 #include "builder/channels/mask/mask.h"
 
@@ -132,8 +132,8 @@ class MaskCodec final : public ChannelCodec {
     return static_cast<float>(kWhole * std::clamp((value - range[0]) / (range[1] - range[0]), 0.0, 1.0));
   }
 
-  // Shares are in 0 to 255 but for roundings of the filter. Ties go to the even code: means of two and four bytes have many, and a rounding
-  // that is always up would brighten every level by an eighth of a code.
+  // Shares are in 0 to 255 but for roundings of the filter. Ties go to the even code: means of two and four
+  // bytes have many, and a rounding that is always up would brighten every level by an eighth of a code.
   template <class Code>
   static void encode(const float* share, const float* weight, bool opaque, std::int64_t count, std::byte* out) {
     constexpr float kStep = static_cast<float>(std::numeric_limits<Code>::max()) / 255.0F;  // 1 or 257

@@ -1,7 +1,9 @@
-// Material. A number is the name of a class: between class 2 and class 4 there is no class 3, so classes are never averaged but counted,
-// and a texel of a coarser level is the class that holds most of its area, the lowest of several that hold as much. Planes: class, weight
-// (1 data, 0 no data), then what class_planes.h says. One code is kept for no data. The parts NAME/classes and NAME/weights, when asked
-// for, hold the most frequent classes and their shares of the area with data in 1/255; what is missing from 255 is other classes'.
+// Material. A number is the name of a class: between class 2 and class 4 there is no class 3, so classes are
+// never averaged but counted, and a texel of a coarser level is the class that holds most of its area, the
+// lowest of several that hold as much. Planes: class, weight (1 data, 0 no data), then what class_planes.h
+// says. One code is kept for no data. The parts NAME/classes and NAME/weights, when asked for, hold the most
+// frequent classes and their shares of the area with data in 1/255; what is missing from 255 is other
+// classes'.
 
 #include "builder/channels/material/material.h"
 
@@ -26,8 +28,9 @@ using Json = nlohmann::ordered_json;
 
 enum PartNumber : std::size_t { kMajority, kClasses, kWeights };
 
-// Shares in 1/255, such that they and the rest, which no rank holds, sum to 255: each rounded down, then one more for those that lost most
-// (the method of largest remainders; of equal remainders the higher rank first, the rest last).
+// Shares in 1/255, such that they and the rest, which no rank holds, sum to 255: each rounded down, then one
+// more for those that lost most (the method of largest remainders; of equal remainders the higher rank first,
+// the rest last).
 void quantise_shares(const std::array<float, kMostRankedClasses>& shares, int ranked, std::array<int, kMostRankedClasses>& codes) {
   std::array<float, kMostRankedClasses + 1> remainder{};
   float rest = 1.0F;
@@ -107,8 +110,8 @@ class MaterialCodec final : public ChannelCodec {
     }
   }
 
-  // Half the sum over all classes of |stored share - true share|: the part of the texel's area, in percentage points, that is taken for
-  // another class, or for none. The majority alone stands for all of the area.
+  // Half the sum over all classes of |stored share - true share|: the part of the texel's area, in percentage
+  // points, that is taken for another class, or for none. The majority alone stands for all of the area.
   void add_errors(std::size_t part, const ConstPlaneRow& reference, const float* stored, std::int64_t count,
                   std::span<ErrorSum> errors) const override {
     const float* weight = reference[kClassWeightPlane];

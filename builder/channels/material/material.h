@@ -1,4 +1,5 @@
-// The row of material layers, see channel_kind.h. What their numbers mean and how they average is said in material.cpp.
+// The row of material layers, see channel_kind.h. What their numbers mean and how they average is said in
+// material.cpp.
 #pragma once
 
 #include "builder/channels/codec/channel_kind.h"

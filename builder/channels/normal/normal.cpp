@@ -1,14 +1,16 @@
-// Normals. A number is a component of a unit vector in a declared frame; what averages is the vector. The mean of unit vectors is shorter
-// than one where they differ: its direction is stored, and beside it its length, which tells shading how rough the surface under the texel
-// is (Toksvig 2004). Planes: x, y, z times weight, the weight (1 data, 0 none), then the moments of slopes when they are wanted.
+// Normals. A number is a component of a unit vector in a declared frame; what averages is the vector. The
+// mean of unit vectors is shorter than one where they differ: its direction is stored, and beside it its
+// length, which tells shading how rough the surface under the texel is (Toksvig 2004). Planes: x, y, z times
+// weight, the weight (1 data, 0 none), then the moments of slopes when they are wanted.
 //
-// Frames. `enu`: x to the east, y to the north, z up, at the texel's own place. `scene`: whatever one frame the scene declares. Vectors
-// are passed on as they are given; nothing is turned from one frame into another.
+// Frames. `enu`: x to the east, y to the north, z up, at the texel's own place. `scene`: whatever one frame
+// the scene declares. Vectors are passed on as they are given; nothing is turned from one frame into another.
 //
-// Codes. A component c is code 128 + 127 c, in 16 bits 32768 + 32767 c, rounded: 0 and the ends are exact. Formats with two components
-// leave z to the reader: sqrt(max(0, 1 - x^2 - y^2)). They cannot hold a direction that looks down; such a mean is put on the rim, at z =
-// 0, which the reported angle shows. The length is code 1 to 255 (1 to 65535) for 0 to 1; code 0 is no data. In a bc4 there is no code to
-// spare: no data has length 0.
+// Codes. A component c is code 128 + 127 c, in 16 bits 32768 + 32767 c, rounded: 0 and the ends are exact.
+// Formats with two components leave z to the reader: sqrt(max(0, 1 - x^2 - y^2)). They cannot hold a
+// direction that looks down; such a mean is put on the rim, at z = 0, which the reported angle shows. The
+// length is code 1 to 255 (1 to 65535) for 0 to 1; code 0 is no data. In a bc4 there is no code to spare: no
+// data has length 0.
 
 #include "builder/channels/normal/normal.h"
 
@@ -128,7 +130,8 @@ class NormalCodec final : public ChannelCodec {
     return {};
   }
 
-  // A direction keeps the neighbour's, for the bilinear lookup; that there are no data is said where code 0 says so.
+  // A direction keeps the neighbour's, for the bilinear lookup; that there are no data is said where code 0
+  // says so.
   void mark_outside(std::size_t part, std::byte* texels, std::int64_t count) const override {
     const std::size_t texel_bytes = format_info(parts_[part].texel_format).block_bytes;
     for (std::int64_t i = 0; i < count; ++i, texels += texel_bytes) mark_no_data(part, texels, texel_bytes);
@@ -301,7 +304,8 @@ class NormalCodec final : public ChannelCodec {
     }
   }
 
-  // `visit(texel, direction, length)` for each texel with data; the direction is 0, 0, 0 where the normals cancel.
+  // `visit(texel, direction, length)` for each texel with data; the direction is 0, 0, 0 where the normals
+  // cancel.
   template <class Visit>
   static void for_each_mean(const ConstPlaneRow& reference, std::int64_t count, const Visit& visit) {
     for (std::int64_t i = 0; i < count; ++i) {

@@ -1,4 +1,5 @@
-// Samples of a normal map as unit vectors. Owns what codes mean, the third component of maps that have two, and what is no data.
+// Samples of a normal map as unit vectors. Owns what codes mean, the third component of maps that have two,
+// and what is no data.
 #pragma once
 
 #include <cstddef>
@@ -14,9 +15,9 @@ struct NormalInput {
   bool centre_is_code = true;  // unsigned code 128 (32768) is 0; otherwise 127.5 (32767.5) is
   bool y_is_down = false;
 
-  // `count` texels into planes 0 to 2, unit vectors, and 3, their weights. No data, weight 0: a sample that is declared so, that is not
-  // finite, or that is too short to have a direction (codes: all components within three quarters of a code from 0). Returns whether all
-  // weights are 1.
+  // `count` texels into planes 0 to 2, unit vectors, and 3, their weights. No data, weight 0: a sample that
+  // is declared so, that is not finite, or that is too short to have a direction (codes: all components
+  // within three quarters of a code from 0). Returns whether all weights are 1.
   bool decode_row(const std::byte* samples, std::int64_t count, const PlaneRow& out) const;
 };
 

@@ -9,9 +9,9 @@
 namespace vt::channels {
 namespace {
 
-// What readers get. With m the stored means, u = 2^-24 and s a second moment: the variance read is at least the true one plus u s, and the
-// covariance is off by at most u / 2 of |E[Bx By]| <= sqrt(sx sy). So the determinant is at least that of the true matrix, which is not
-// negative, plus (u^2 - u^2 / 4) sx sy.
+// What readers get. With m the stored means, u = 2^-24 and s a second moment: the variance read is at least
+// the true one plus u s, and the covariance is off by at most u / 2 of |E[Bx By]| <= sqrt(sx sy). So the
+// determinant is at least that of the true matrix, which is not negative, plus (u^2 - u^2 / 4) sx sy.
 struct StoredMoments {
   std::array<float, 4> along;
   float cross;

@@ -1,10 +1,12 @@
-// First and second moments of the slopes under a texel, from which a shader gets the roughness that a filtered normal lost: LEAN mapping,
-// Olano & Baker 2010. The slopes are B = (nx / nz, ny / nz), on a height field minus its gradient; averages of Bx, By, Bx^2, By^2 and
-// Bx By over any area are exact, and their covariance is E[B B^T] - E[B] E[B]^T. Pure functions, any thread.
+// First and second moments of the slopes under a texel, from which a shader gets the roughness that a
+// filtered normal lost: LEAN mapping, Olano & Baker 2010. The slopes are B = (nx / nz, ny / nz), on a height
+// field minus its gradient; averages of Bx, By, Bx^2, By^2 and Bx By over any area are exact, and their
+// covariance is E[B B^T] - E[B] E[B]^T. Pure functions, any thread.
 //
-// A covariance is the small difference of large numbers: on a slope of 5 a roughness of 0.01 is 1e-4 of 25. So sums are kept in double
-// precision (wide_value.h), and moments are stored as floats: halves would lose all of it. They are stored as they are, not as variances,
-// because only moments may be filtered again: what a texture unit blends over texels, levels and directions is the moments of the blend.
+// A covariance is the small difference of large numbers: on a slope of 5 a roughness of 0.01 is 1e-4 of 25.
+// So sums are kept in double precision (wide_value.h), and moments are stored as floats: halves would lose
+// all of it. They are stored as they are, not as variances, because only moments may be filtered again: what
+// a texture unit blends over texels, levels and directions is the moments of the blend.
 #pragma once
 
 #include <array>
@@ -37,13 +39,15 @@ void moments_from_normals(std::int64_t count, const PlaneRow& planes, std::size_
 // The texel's weight is not 0.
 [[nodiscard]] SlopeMoments moments_at(const ConstPlaneRow& planes, std::size_t first, std::int64_t i);
 
-// As floats: Bx, By, Bx^2, By^2 of each texel, and Bx By. NaN where the weight is 0. Second moments are those about the stored means, so
-// that readers' covariance is the true one and not changed by how the means were rounded; means of squares are rounded up, by less than
-// 2^-22 of them, so that no covariance matrix has a negative eigenvalue.
+// As floats: Bx, By, Bx^2, By^2 of each texel, and Bx By. NaN where the weight is 0. Second moments are those
+// about the stored means, so that readers' covariance is the true one and not changed by how the means were
+// rounded; means of squares are rounded up, by less than 2^-22 of them, so that no covariance matrix has a
+// negative eigenvalue.
 void encode_moments(const ConstPlaneRow& planes, std::size_t first, std::int64_t count, std::byte* out);
 void encode_cross_moment(const ConstPlaneRow& planes, std::size_t first, std::int64_t count, std::byte* out);
 
-// Bx^2 + By^2 less the squares of the means: the variance of the slopes in both directions together, of one texel.
+// Bx^2 + By^2 less the squares of the means: the variance of the slopes in both directions together, of one
+// texel.
 [[nodiscard]] double slope_variance(const std::array<double, 4>& moments);
 
 }  // namespace vt::channels

@@ -1,5 +1,6 @@
-// Which samples equal a declared no-data value. Files declare it as decimal text, often with fewer digits than their samples have, or as a
-// number that the samples' type cannot hold; the rules are those of GDAL 3.6, on which the writers of such files rely. Any thread.
+// Which samples equal a declared no-data value. Files declare it as decimal text, often with fewer digits
+// than their samples have, or as a number that the samples' type cannot hold; the rules are those of GDAL
+// 3.6, on which the writers of such files rely. Any thread.
 #pragma once
 
 #include <algorithm>
@@ -22,9 +23,11 @@ struct NodataRange {
 };
 
 // - Integers: the declared value without its fraction (bytes: only a whole value), if the type holds it.
-// - Floating point: samples whose relative distance is below about 4.8e-7, a few steps of a 32-bit float, in samples of 64 bits as well:
+// - Floating point: samples whose relative distance is below about 4.8e-7, a few steps of a 32-bit float, in
+// samples of 64 bits as well:
 //   these are often floats that were widened.
-// - A value within a thousandth of the type's (or the 32-bit float's) largest number stands for "the lowest number there is", however many
+// - A value within a thousandth of the type's (or the 32-bit float's) largest number stands for "the lowest
+// number there is", however many
 //   digits were written: all samples of its sign from 1e38 (1e308) on are no data.
 // - NaN and infinities: no finite sample; samples that are not finite never are data.
 [[nodiscard]] NodataRange nodata_range(SampleType type, double declared);

@@ -1,4 +1,5 @@
-// One sample of any numeric type as a double. For the channels' general paths; the common types have row loops of their own.
+// One sample of any numeric type as a double. For the channels' general paths; the common types have row
+// loops of their own.
 #pragma once
 
 #include <cstddef>

@@ -1,5 +1,5 @@
-// What a row of source samples looks like and what its numbers mean: made of what a reader knows of the bands that a channel asked for.
-// Plain values.
+// What a row of source samples looks like and what its numbers mean: made of what a reader knows of the bands
+// that a channel asked for. Plain values.
 #pragma once
 
 #include <array>
@@ -13,8 +13,8 @@
 
 namespace vt::channels {
 
-// The samples that mean "no data": one value for all bands, or one for each. A texel is no data when all its values are (of horizons, when
-// any is). Which samples equal a declared value, see nodata_range().
+// The samples that mean "no data": one value for all bands, or one for each. A texel is no data when all its
+// values are (of horizons, when any is). Which samples equal a declared value, see nodata_range().
 class NodataKey {
  public:
   NodataKey(double value) : values_{value} {}  // NOLINT(google-explicit-constructor): most rasters have one value
@@ -38,10 +38,12 @@ struct SampleLayout {
   std::optional<NodataKey> nodata;  // NaN and infinities always are no data
   // Source values that mean black and white, for colour from samples that are not 8 or 16 bit codes.
   std::optional<std::array<double, 2>> range;
-  // The samples that mean "all of it", where they are not the type's own, see full_scale(SampleType): 15 of codes of 4 bits.
+  // The samples that mean "all of it", where they are not the type's own, see full_scale(SampleType): 15 of
+  // codes of 4 bits.
   std::optional<double> value_full_scale;
   std::optional<double> alpha_full_scale;
-  // The meaning of numbers with a unit: value = offset + scale * sample, in `unit` as the file writes it. Empty: the file declares nothing.
+  // The meaning of numbers with a unit: value = offset + scale * sample, in `unit` as the file writes it.
+  // Empty: the file declares nothing.
   std::optional<double> scale;
   std::optional<double> offset;
   std::string unit;

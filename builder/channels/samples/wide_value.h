@@ -1,7 +1,8 @@
-// Numbers that a float does not hold, as two planes: a linear one with the nearest float, and one of PlaneRule::kRemainder with what that
-// float misses. Together they are exact to 48 bits, and so are means of them. Floats are enough for samples of 8 and 16 bits and for
-// floats; of doubles and 32-bit integers they would lose up to half a unit in 2^24 (a millimetre of 10 km, 64 of 2^31) before anything is
-// measured. Pure functions, any thread.
+// Numbers that a float does not hold, as two planes: a linear one with the nearest float, and one of
+// PlaneRule::kRemainder with what that float misses. Together they are exact to 48 bits, and so are means of
+// them. Floats are enough for samples of 8 and 16 bits and for floats; of doubles and 32-bit integers they
+// would lose up to half a unit in 2^24 (a millimetre of 10 km, 64 of 2^31) before anything is measured. Pure
+// functions, any thread.
 #pragma once
 
 #include <cmath>
@@ -35,7 +36,8 @@ inline void split_wide(double value, float& nearest, float& remainder) {
   remainder = remainder_of(value, nearest);
 }
 
-// The greatest float that is not above a value, and the least that is not below it; an infinity where there is none.
+// The greatest float that is not above a value, and the least that is not below it; an infinity where there
+// is none.
 [[nodiscard]] inline float float_below(double value) {
   const auto nearest = static_cast<float>(value);
   return static_cast<double>(nearest) > value ? std::nextafter(nearest, -std::numeric_limits<float>::infinity()) : nearest;

@@ -19,7 +19,8 @@ constexpr int kGuideShift = 52 - 6;
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
-// exp(-x) for x >= 0: x = n ln 2 + r, then the power series of r up to the 14th power, of which |r| <= 0.35 leaves 1e-18.
+// exp(-x) for x >= 0: x = n ln 2 + r, then the power series of r up to the 14th power, of which |r| <= 0.35
+// leaves 1e-18.
 double exp_of_minus(double x) {
   if (x > 708.0) return 0.0;
   constexpr double kLn2High = 0x1.62e42fee00000p-1;  // 32 bits, so that its product with n is exact
@@ -31,7 +32,8 @@ double exp_of_minus(double x) {
   return std::ldexp(sum, -static_cast<int>(n));
 }
 
-// The positive abscissas of the eight-point Gauss-Legendre rule on -1 to 1, and their weights (Abramowitz and Stegun, table 25.4).
+// The positive abscissas of the eight-point Gauss-Legendre rule on -1 to 1, and their weights (Abramowitz and
+// Stegun, table 25.4).
 constexpr std::array<double, 4> kAbscissas{0.1834346424956498, 0.5255324099163290, 0.7966664774136267, 0.9602898564975363};
 constexpr std::array<double, 4> kWeights{0.3626837833783620, 0.3137066458778873, 0.2223810344533745, 0.1012285362903763};
 
@@ -117,7 +119,8 @@ double BandRadiance::temperature(double radiance) const {
   return kLowest + static_cast<double>(above - 1 - table_.begin()) + std::clamp(t, 0.0, 1.0);
 }
 
-// Where the table does not reach: bisection, in the exponent first because temperatures far apart are possible.
+// Where the table does not reach: bisection, in the exponent first because temperatures far apart are
+// possible.
 double BandRadiance::search(double radiance) const {
   double low = 1e-3;
   double high = kHottest;

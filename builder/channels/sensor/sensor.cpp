@@ -1,9 +1,11 @@
-// What a sensor sees in its band. Radiance adds up, so it is what averages: temperatures become in-band radiance of a black body
-// (planck.h) sample by sample, and only what is stored may be turned back into kelvin. Reflectance and emissivity average as they are: each
-// is a ratio of radiances, and what it is a ratio to (the light that falls on the place, a black body's radiance there) is common to the
-// samples of one texel, so the mean ratio gives the mean radiance. Planes: value times weight; where samples are wide what its floats miss
-// (wide_value.h); weight (1 data, 0 none). The mean is over samples that exist; a temperature of 0 K and less, and what is not finite, is
-// none. Values beyond what a format holds become its ends, which is counted.
+// What a sensor sees in its band. Radiance adds up, so it is what averages: temperatures become in-band
+// radiance of a black body (planck.h) sample by sample, and only what is stored may be turned back into
+// kelvin. Reflectance and emissivity average as they are: each is a ratio of radiances, and what it is a
+// ratio to (the light that falls on the place, a black body's radiance there) is common to the samples of one
+// texel, so the mean ratio gives the mean radiance. Planes: value times weight; where samples are wide what
+// its floats miss (wide_value.h); weight (1 data, 0 none). The mean is over samples that exist; a temperature
+// of 0 K and less, and what is not finite, is none. Values beyond what a format holds become its ends, which
+// is counted.
 
 #include "builder/channels/sensor/sensor.h"
 
@@ -121,7 +123,8 @@ class SensorCodec final : public ChannelCodec {
       errors[1].add(std::max({0.0, wanted - number_.greatest(), number_.least() - wanted}));
       errors[0].add_total(mean, averaged_of_stored(is, mean, wanted));
       if (!measures_equivalent_ || mean <= 0.0) continue;
-      // As much as the radiance's error would be of temperature; there is none where no temperature has such a radiance.
+      // As much as the radiance's error would be of temperature; there is none where no temperature has such
+      // a radiance.
       const double kelvins = is == mean ? 0.0 : quantity_.band->temperature(std::max(is, mean * 1e-6)) - quantity_.band->temperature(mean);
       if (std::isfinite(kelvins)) errors[2].add(kelvins);
     }
@@ -246,7 +249,8 @@ class SensorCodec final : public ChannelCodec {
     return is_data;
   }
 
-  // What a texel without data holds in a format that cannot say so: the neighbours' mean, or the least that there is.
+  // What a texel without data holds in a format that cannot say so: the neighbours' mean, or the least that
+  // there is.
   void write_neighbours(const RowNeighbourhood& rows, std::int64_t i, std::byte* out) const {
     const auto [sum, weight] = sum_around<double>(rows, std::array<std::size_t, 2>{0, weight_}, i);
     const double value = weight > 0.0 ? stored_value(sum / weight) : number_.least();

@@ -1,4 +1,5 @@
-// What the samples of a sensor layer are, what they average as, and what is stored, from the layer's options. Plain values; any thread.
+// What the samples of a sensor layer are, what they average as, and what is stored, from the layer's options.
+// Plain values; any thread.
 #pragma once
 
 #include <array>
@@ -28,8 +29,9 @@ struct SensorQuantity {
   std::shared_ptr<const BandRadiance> band;   // where temperature and radiance turn into each other; otherwise none
 };
 
-// Scale, offset and unit of the input are the options', else what the file declares in `layout`. kUsage: options that do not fit together;
-// the message says how they would. kInvalidData: a table of response that is none; a declared unit that is not the quantity's.
+// Scale, offset and unit of the input are the options', else what the file declares in `layout`. kUsage:
+// options that do not fit together; the message says how they would. kInvalidData: a table of response that
+// is none; a declared unit that is not the quantity's.
 [[nodiscard]] Result<SensorQuantity> sensor_quantity(const Options& options, const SampleLayout& layout);
 
 // "radiance", "reflectance", "emissivity" or "temperature".

@@ -12,7 +12,8 @@
 namespace vt::channels {
 namespace {
 
-// Where the exponent of Planck's law stays within doubles for temperatures that matter, and beyond every thermal sensor.
+// Where the exponent of Planck's law stays within doubles for temperatures that matter, and beyond every
+// thermal sensor.
 constexpr double kShortest = 0.2;
 constexpr double kLongest = 1000.0;
 

@@ -145,7 +145,8 @@ ThermalBasis make_thermal_basis(const ThermalLibrary& library, int components, c
   }
   for (double& value : basis.mean) value /= total;
 
-  // Principal components of the weighted differences from the mean: eigenvectors of their covariance over the hours.
+  // Principal components of the weighted differences from the mean: eigenvectors of their covariance over the
+  // hours.
   std::vector<std::vector<double>> differences;
   std::vector<double> covariance(hours * hours, 0.0);
   for (std::size_t m = 0; m < library.classes.size(); ++m) {

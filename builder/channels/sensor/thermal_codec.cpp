@@ -1,7 +1,9 @@
-// A raster of classes becomes the coefficients of their thermal curves (thermal_basis.h), which average like radiance: filtering what is
-// stored is storing what was filtered, but for quantisation. Planes: each coefficient times weight, weight. A class that the library does
-// not have is no data, for nothing is known of it. Formats of four channels hold the first four coefficients (of three, and coverage), a
-// fifth lies beside them; formats of one channel hold one each. Codes reach exactly over what mixtures of the library can be.
+// A raster of classes becomes the coefficients of their thermal curves (thermal_basis.h), which average like
+// radiance: filtering what is stored is storing what was filtered, but for quantisation. Planes: each
+// coefficient times weight, weight. A class that the library does not have is no data, for nothing is known
+// of it. Formats of four channels hold the first four coefficients (of three, and coverage), a fifth lies
+// beside them; formats of one channel hold one each. Codes reach exactly over what mixtures of the library
+// can be.
 
 #include "builder/channels/sensor/thermal_codec.h"
 
@@ -50,8 +52,9 @@ std::array<double, 2> span_of(const ThermalBasis& basis, std::size_t component) 
   return span[1] - span[0] > 1e-9 ? span : std::array<double, 2>{span[0], span[0] + 1.0};
 }
 
-// Temperatures of radiances around those of a library, many times faster than BandRadiance: linear between 1024 places an octave, so that
-// a small difference of temperatures is right to 0.1 %. Beyond two octaves from the library, BandRadiance's own.
+// Temperatures of radiances around those of a library, many times faster than BandRadiance: linear between
+// 1024 places an octave, so that a small difference of temperatures is right to 0.1 %. Beyond two octaves
+// from the library, BandRadiance's own.
 class Thermometer {
  public:
   Thermometer() = default;
@@ -63,7 +66,8 @@ class Thermometer {
         least = std::min(least, radiance);
         greatest = std::max(greatest, radiance);
       }
-    // Where BandRadiance has to search a temperature is slow. Thirty octaves below the hottest class nothing matters.
+    // Where BandRadiance has to search a temperature is slow. Thirty octaves below the hottest class nothing
+    // matters.
     const double last = std::min(4.0 * greatest, band_->radiance(BandRadiance::kHighest));
     first_ = place(std::max({0.25 * least, band_->radiance(BandRadiance::kLowest), last * 0x1p-30})) + 1;
     for (std::uint64_t at = first_; at < place(last); ++at) kelvins_.push_back(band_->temperature(std::bit_cast<double>(at << kShift)));
@@ -152,7 +156,8 @@ class ThermalCodec final : public ChannelCodec {
       }
   }
 
-  // The root mean square over the library's hours of what the part's quantisation does to the temperature (with a band) or the radiance.
+  // The root mean square over the library's hours of what the part's quantisation does to the temperature
+  // (with a band) or the radiance.
   void add_errors(std::size_t part, const ConstPlaneRow& reference, const float* stored, std::int64_t count,
                   std::span<ErrorSum> errors) const override {
     const PartCodes& codes = codes_[part];
@@ -223,9 +228,10 @@ class ThermalCodec final : public ChannelCodec {
     codes_.push_back(std::move(codes));
   }
 
-  // What a change of the radiance at an hour of the library does to the temperature, or the change itself without a band. A radiance of
-  // less than nothing has no temperature: a basis of few components may come to it, and there the slope at the mean curve has to do; what
-  // is stored counts as a millionth of what should be.
+  // What a change of the radiance at an hour of the library does to the temperature, or the change itself
+  // without a band. A radiance of less than nothing has no temperature: a basis of few components may come to
+  // it, and there the slope at the mean curve has to do; what is stored counts as a millionth of what should
+  // be.
   [[nodiscard]] double error_at(std::size_t hour, double radiance, double change) const {
     if (!thermal_.band) return change;
     if (!(radiance > 0.0)) return change * kelvins_of_mean_[hour];
@@ -267,7 +273,8 @@ class ThermalCodec final : public ChannelCodec {
     return code;
   }
 
-  // What a texel without data holds in a format that cannot say so: the neighbours' mean, or that of the library.
+  // What a texel without data holds in a format that cannot say so: the neighbours' mean, or that of the
+  // library.
   [[nodiscard]] double mean_around(const RowNeighbourhood& rows, std::size_t plane, std::int64_t i) const {
     const auto [sum, weight] = sum_around<double>(rows, std::array{plane, components_}, i);
     return weight > 0.0 ? sum / weight : 0.0;

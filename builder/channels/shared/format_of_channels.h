@@ -7,8 +7,8 @@
 
 namespace vt::channels {
 
-// The format whose samples are like those of `format`, `channels` of them a texel; there has to be one. Blocks have one or two: bc4
-// and bc5.
+// The format whose samples are like those of `format`, `channels` of them a texel; there has to be one.
+// Blocks have one or two: bc4 and bc5.
 [[nodiscard]] inline TexelFormat format_of_channels(TexelFormat format, int channels) {
   const FormatInfo& wanted = format_info(format);
   if (wanted.channels == channels) return format;

@@ -9,8 +9,9 @@
 
 namespace vt::channels {
 
-// For each of `planes`, the last of which is the weight, the sum over texel `i` of `rows.here` and its eight neighbours, added from west to
-// east and north to south in `Real`. Texels that weigh less than `least_weight` are left out; weights are never below 0.
+// For each of `planes`, the last of which is the weight, the sum over texel `i` of `rows.here` and its eight
+// neighbours, added from west to east and north to south in `Real`. Texels that weigh less than
+// `least_weight` are left out; weights are never below 0.
 template <class Real, std::size_t n>
 [[nodiscard]] std::array<Real, n> sum_around(const RowNeighbourhood& rows, const std::array<std::size_t, n>& planes, std::int64_t i,
                                              float least_weight = 0.0F) {

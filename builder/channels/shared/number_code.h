@@ -11,9 +11,9 @@ namespace vt::channels {
 
 class NumberCode {
  public:
-  // The code of one component of `format`: r32f, r16f, r16, bc4 and their relatives of more channels. `span` is the least and the greatest number
-  // that codes have to express; floats and halves need none and write numbers as they are. `zero_is_nodata`: numbers have the codes 1 to
-  // 65535, of a format with 16-bit codes.
+  // The code of one component of `format`: r32f, r16f, r16, bc4 and their relatives of more channels. `span`
+  // is the least and the greatest number that codes have to express; floats and halves need none and write
+  // numbers as they are. `zero_is_nodata`: numbers have the codes 1 to 65535, of a format with 16-bit codes.
   NumberCode(TexelFormat format, const std::array<double, 2>& span, bool zero_is_nodata);
 
   // What a decoded sample is worth, for the layer's description.

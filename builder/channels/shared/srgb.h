@@ -20,14 +20,18 @@ namespace vt::channels {
   return transfer == Transfer::kSrgb ? linear_from_srgb(code) : code;
 }
 
-// Light of each 8-bit code, and the way back: the code whose light is nearest. Light is what has to be kept, and codes are closer together
-// in the dark: the nearest place on the code axis would round the mean of two codes up more often than down, and brighten dark pictures by
-// percents. Light half way between two codes to within two floats, as means of two and of four texels often are, becomes the upper one in
-// even columns and the lower one in odd ones, so that as much is rounded up as down and a picture of nothing else keeps its mean.
+// Light of each 8-bit code, and the way back: the code whose light is nearest. Light is what has to be kept,
+// and codes are closer together in the dark: the nearest place on the code axis would round the mean of two
+// codes up more often than down, and brighten dark pictures by percents. Light half way between two codes to
+// within two floats, as means of two and of four texels often are, becomes the upper one in even columns and
+// the lower one in odd ones, so that as much is rounded up as down and a picture of nothing else keeps its
+// mean.
 //
-// Going back needs no power function. Code c begins half way between the lights of c - 1 and c. No two beginnings are closer than 1 / (255
-// * 12.92) = 1 / 3294.6, so each of 4096 equal bins of light holds at most one of them: the bin gives the code at its lower edge, one
-// comparison decides the rest. A code begins two floats lower than half way, in odd columns two higher.
+// Going back needs no power function. Code c begins half way between the lights of c - 1 and c. No two
+// beginnings are closer than 1 / (255
+// * 12.92) = 1 / 3294.6, so each of 4096 equal bins of light holds at most one of them: the bin gives the
+// code at its lower edge, one comparison decides the rest. A code begins two floats lower than half way, in
+// odd columns two higher.
 class CodeTable {
  public:
   explicit CodeTable(Transfer transfer) {
@@ -48,7 +52,8 @@ class CodeTable {
   [[nodiscard]] float light(std::uint8_t code) const { return light_[code]; }
   [[nodiscard]] const std::array<float, 256>& light_table() const { return light_; }
 
-  // Any float; below 0 and NaN give 0, above 1 gives 255. `column` of the texel: only whether it is odd matters.
+  // Any float; below 0 and NaN give 0, above 1 gives 255. `column` of the texel: only whether it is odd
+  // matters.
   [[nodiscard]] std::uint8_t code(float light, std::int64_t column) const {
     const float clamped = light > 0.0F ? (light < 1.0F ? light : 1.0F) : 0.0F;
     const auto bin = static_cast<std::size_t>(clamped * kBins);
@@ -56,7 +61,8 @@ class CodeTable {
     return static_cast<std::uint8_t>(code_at_bin_[bin] + (clamped >= begin ? 1 : 0));
   }
 
-  // The tables behind code(), for row loops: kBins + 1 entries each; in odd columns a code begins 2 * kTieFloats later.
+  // The tables behind code(), for row loops: kBins + 1 entries each; in odd columns a code begins 2 *
+  // kTieFloats later.
   static constexpr int kBins = 4096;
   static constexpr int kTieFloats = 2;
   [[nodiscard]] const std::int32_t* code_at_bin() const { return code_at_bin_.data(); }

@@ -1,4 +1,5 @@
-// What a channel writes for a layer that is stored in blocks: the texels that builder/encode's encoders take. Any thread.
+// What a channel writes for a layer that is stored in blocks: the texels that builder/encode's encoders take.
+// Any thread.
 #pragma once
 
 #include "store/texel_format.h"

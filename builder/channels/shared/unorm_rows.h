@@ -1,4 +1,5 @@
-// UnormCode::code() for rows: SIMD, run-time dispatch, the same codes on every CPU target. Pure functions, any thread.
+// UnormCode::code() for rows: SIMD, run-time dispatch, the same codes on every CPU target. Pure functions,
+// any thread.
 #pragma once
 
 #include <cstddef>

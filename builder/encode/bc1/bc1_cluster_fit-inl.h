@@ -1,8 +1,9 @@
 // The best fit of a batch of BC1 blocks. Included once per SIMD target by bc1_encoder.cpp.
 //
-// Cluster fit: in the order of the texels along a line, each of the 969 ways to cut them into four runs has its least squares solution, and
-// only those whose error before rounding is below the best so far are rounded to codes. Then the line of the best gives a new order. At
-// last single steps of single codes, judged by what the decoder makes of them.
+// Cluster fit: in the order of the texels along a line, each of the 969 ways to cut them into four runs has
+// its least squares solution, and only those whose error before rounding is below the best so far are rounded
+// to codes. Then the line of the best gives a new order. At last single steps of single codes, judged by what
+// the decoder makes of them.
 #if defined(VT_BUILDER_ENCODE_BC1_CLUSTER_FIT_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef VT_BUILDER_ENCODE_BC1_CLUSTER_FIT_INL_H_
 #undef VT_BUILDER_ENCODE_BC1_CLUSTER_FIT_INL_H_
@@ -16,7 +17,8 @@ HWY_BEFORE_NAMESPACE();
 namespace vt::encode::HWY_NAMESPACE {
 namespace {
 
-// Texels in the order of their projections, as running sums: sum[k] and count[k] are over the first k of those that count.
+// Texels in the order of their projections, as running sums: sum[k] and count[k] are over the first k of
+// those that count.
 struct Order {
   Rgb sum[17];
   F count[17];
@@ -66,7 +68,8 @@ HWY_NOINLINE Order order_along(const Rgb& axis, const Texels& texels) {
   return order;
 }
 
-// The best of `best` and of all partitions of one order. Positions 0 1 2 3 have the runs that end before i, j, k and 16.
+// The best of `best` and of all partitions of one order. Positions 0 1 2 3 have the runs that end before i,
+// j, k and 16.
 HWY_NOINLINE Candidate best_partition(const Order& order, Candidate best, const Moments& moments) {
   const FloatTag f;
   const F three_count = hn::Mul(moments.count, constant(3.0F));
@@ -85,7 +88,8 @@ HWY_NOINLINE Candidate best_partition(const Order& order, Candidate best, const 
         const F a = hn::Add(hn::Sub(nine_count, hn::Mul(sum_w, constant(6.0F))), sum_ww);
         const F b = hn::Sub(hn::Mul(sum_w, constant(3.0F)), sum_ww);
         const F determinant = hn::Sub(hn::Mul(a, sum_ww), hn::Mul(b, b));
-        // The error of the solution before rounding and clamping, on the scale of Candidate::error; compared without a division.
+        // The error of the solution before rounding and clamping, on the scale of Candidate::error; compared
+        // without a division.
         const F cross = hn::Mul(b, dot(x0, x1));
         const F explained = hn::Sub(hn::Add(hn::Mul(sum_ww, dot(x0, x0)), hn::Mul(a, dot(x1, x1))), hn::Add(cross, cross));
         const auto promising = hn::Lt(hn::Mul(explained, constant(-9.0F)), hn::Mul(best.error, determinant));

@@ -1,5 +1,5 @@
-// The fits of a batch of BC1 blocks by least squares along the principal axis, and the table for one colour. Included once per SIMD target
-// by bc1_encoder.cpp.
+// The fits of a batch of BC1 blocks by least squares along the principal axis, and the table for one colour.
+// Included once per SIMD target by bc1_encoder.cpp.
 #if defined(VT_BUILDER_ENCODE_BC1_FIT_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef VT_BUILDER_ENCODE_BC1_FIT_INL_H_
 #undef VT_BUILDER_ENCODE_BC1_FIT_INL_H_
@@ -25,7 +25,8 @@ HWY_INLINE Rgb principal_axis(const Moments& m) {
   const F rb = hn::Sub(hn::Mul(m.rb, n), hn::Mul(m.sum.r, m.sum.b));
   const F gb = hn::Sub(hn::Mul(m.gb, n), hn::Mul(m.sum.g, m.sum.b));
 
-  // Divided by the trace, no product of the iteration overflows or vanishes: the largest eigenvalue is between 1/3 and 1.
+  // Divided by the trace, no product of the iteration overflows or vanishes: the largest eigenvalue is
+  // between 1/3 and 1.
   const F trace = hn::Add(hn::Add(rr, gg), bb);
   const F scale = hn::Div(constant(1.0F), hn::Max(trace, constant(1.0F)));
   const Rgb row_r = Rgb{rr, rg, rb} * scale;
@@ -84,8 +85,8 @@ struct ChannelEnds {
   F error;           // nine times the squared error of this channel, less a constant
 };
 
-// Least squares for one channel: minimise sum of (3 x - (3 - w) e0 - w e1)^2, with
-// a = sum (3-w)^2, b = sum (3-w) w, c = sum w^2, x0 = sum (3-w) x, x1 = sum w x. Formulas: the normal equations.
+// Least squares for one channel: minimise sum of (3 x - (3 - w) e0 - w e1)^2, with a = sum (3-w)^2, b = sum
+// (3-w) w, c = sum w^2, x0 = sum (3-w) x, x1 = sum w x. Formulas: the normal equations.
 struct Weights {
   F a, b, c;
   F three_over_determinant;
@@ -101,7 +102,8 @@ HWY_INLINE ChannelEnds solve_channel(const Weights& w, F x0, F x1, F mean) {
   const F end0 = hn::Add(hn::Mul(hn::Sub(hn::Mul(w.c, x0), hn::Mul(w.b, x1)), w.three_over_determinant), mean);
   const F end1 = hn::Add(hn::Mul(hn::Sub(hn::Mul(w.a, x1), hn::Mul(w.b, x0)), w.three_over_determinant), mean);
 
-  // The best pair of codes is nearly always one of the four around the solution; the quadratic form says which.
+  // The best pair of codes is nearly always one of the four around the solution; the quadratic form says
+  // which.
   constexpr float kTop = (1 << bits) - 1;
   const F steps = constant(kTop / 255.0F);
   const I one = hn::Set(IntTag(), 1);
@@ -153,8 +155,8 @@ struct Candidate {
 
 HWY_INLINE I packed_565(I r, I g, I b) { return hn::Or(hn::Or(hn::ShiftLeft<11>(r), hn::ShiftLeft<5>(g)), b); }
 
-// The least squares solution where the positions of the texels that count have the sums `sum_w` = sum w, `sum_ww` = sum w^2 and
-// `x1` = sum w x.
+// The least squares solution where the positions of the texels that count have the sums `sum_w` = sum w,
+// `sum_ww` = sum w^2 and `x1` = sum w x.
 HWY_INLINE Candidate solved(F sum_w, F sum_ww, const Rgb& x1, const Moments& moments) {
   const F three = constant(3.0F);
   const Rgb x0 = moments.sum * three - x1;
@@ -162,7 +164,8 @@ HWY_INLINE Candidate solved(F sum_w, F sum_ww, const Rgb& x1, const Moments& mom
   w.a = hn::Add(hn::Sub(hn::Mul(moments.count, constant(9.0F)), hn::Mul(sum_w, constant(6.0F))), sum_ww);
   w.b = hn::Sub(hn::Mul(sum_w, three), sum_ww);
   w.c = sum_ww;
-  // Zero when all texels share one position; the end points then fall back to the mean, and the single-colour table wins.
+  // Zero when all texels share one position; the end points then fall back to the mean, and the single-colour
+  // table wins.
   const F determinant = hn::Sub(hn::Mul(w.a, w.c), hn::Mul(w.b, w.b));
   w.three_over_determinant = hn::IfThenElseZero(hn::Gt(determinant, hn::Zero(FloatTag())), hn::Div(three, determinant));
 
@@ -260,7 +263,8 @@ HWY_INLINE SingleColorBlock single_color_block(const Moments& m) {
   return block;
 }
 
-// End points and what texels use, in any order of the end points: positions are from color0 (0) to color1 (3).
+// End points and what texels use, in any order of the end points: positions are from color0 (0) to color1
+// (3).
 struct Choice {
   I color0, color1;  // 5:6:5
   U positions;       // two bits each, texel 0 lowest
@@ -272,7 +276,8 @@ HWY_INLINE Choice line_or_single_color(const Candidate& line, const Moments& mom
   const IntTag i32;
   // Index 2 is 2/3 color0 + 1/3 color1: a third of the way from position 0 to 3, so position 1.
   const SingleColorBlock single = single_color_block(moments);
-  // In a flat block the table is always right; the least-squares error knows nothing of the decoder's rounding of thirds.
+  // In a flat block the table is always right; the least-squares error knows nothing of the decoder's
+  // rounding of thirds.
   const F spread = hn::Add(hn::Add(moments.squares.r, moments.squares.g), moments.squares.b);
   const auto use_single = hn::RebindMask(i32, hn::Or(hn::Le(single.error, line.error), hn::Eq(spread, hn::Zero(FloatTag()))));
   return {
@@ -288,8 +293,9 @@ HWY_INLINE Candidate fit_once(const Moments& moments, const Texels& texels) {
   return refined({whole.end0 + little, whole.end1 - little}, moments, texels);
 }
 
-// Different starts end in different local optima; all passes compete. The insets were tuned on six aerial images and 1/f noise: the two
-// one-sided starts gain 0.1 dB, another pass for each of them 0.05 dB at three quarters of the speed.
+// Different starts end in different local optima; all passes compete. The insets were tuned on six aerial
+// images and 1/f noise: the two one-sided starts gain 0.1 dB, another pass for each of them 0.05 dB at three
+// quarters of the speed.
 HWY_NOINLINE Candidate fit_lines(const Moments& moments, const Texels& texels) {
   const Line whole = extremes_along(principal_axis(moments), moments, texels);
   const Rgb along = whole.end1 - whole.end0;
@@ -316,7 +322,8 @@ HWY_INLINE void store_blocks(const Choice& choice, std::uint8_t* blocks) {
   const I higher = hn::Max(color0, color1);
   I lower = hn::Min(color0, color1);
   positions = hn::Xor(positions, hn::IfThenElseZero(hn::RebindMask(u, exchange), hn::Set(u, 0xFFFFFFFFU)));
-  // Equal end points would select the three-colour mode: move the unused one. Black has nothing below, so there the used one is the lower.
+  // Equal end points would select the three-colour mode: move the unused one. Black has nothing below, so
+  // there the used one is the lower.
   const auto equal = hn::Eq(higher, lower);
   const auto black = hn::And(equal, hn::Eq(higher, hn::Zero(i32)));
   const I one = hn::Set(i32, 1);

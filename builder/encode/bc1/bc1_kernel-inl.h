@@ -1,5 +1,6 @@
-// One batch of BC1 blocks, one per float lane: colours as vectors, loading, and sums. Included once per SIMD target by bc1_encoder.cpp. No
-// fused multiply-add and no approximate reciprocal, so that all targets round alike.
+// One batch of BC1 blocks, one per float lane: colours as vectors, loading, and sums. Included once per SIMD
+// target by bc1_encoder.cpp. No fused multiply-add and no approximate reciprocal, so that all targets round
+// alike.
 #if defined(VT_BUILDER_ENCODE_BC1_KERNEL_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef VT_BUILDER_ENCODE_BC1_KERNEL_INL_H_
 #undef VT_BUILDER_ENCODE_BC1_KERNEL_INL_H_
@@ -55,13 +56,14 @@ struct Moments {
   F rg, rb, gb;  // sums of products
 };
 
-// Four texels of a row, in the four bytes of a lane, leftmost lowest. `a` is the fourth byte of each texel, if there is one.
+// Four texels of a row, in the four bytes of a lane, leftmost lowest. `a` is the fourth byte of each texel,
+// if there is one.
 struct PackedRow {
   U r, g, b, a;
 };
 
-// Taking the interleaved colours apart leaves four neighbouring texels in each 32-bit lane: no transposition is needed to have one block
-// per lane.
+// Taking the interleaved colours apart leaves four neighbouring texels in each 32-bit lane: no transposition
+// is needed to have one block per lane.
 template <std::size_t bytes_per_texel>
 HWY_INLINE PackedRow load_row(const std::uint8_t* row) {
   const UintTag u;

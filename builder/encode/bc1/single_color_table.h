@@ -1,5 +1,5 @@
-// For every 8-bit value, the pair of end point codes whose 2:1 mixture decodes nearest to it: the best that BC1 can do for a block of one
-// colour. Constants made at compile time; beside its one user, bc1_encoder.cpp.
+// For every 8-bit value, the pair of end point codes whose 2:1 mixture decodes nearest to it: the best that
+// BC1 can do for a block of one colour. Constants made at compile time; beside its one user, bc1_encoder.cpp.
 #pragma once
 
 #include <array>
@@ -13,7 +13,8 @@ struct SingleColor {
   std::uint8_t value;  // what they decode to
 };
 
-// `bits` is 5 or 6. Among equally near pairs the closest two end points win: decoders that round thirds otherwise then differ least.
+// `bits` is 5 or 6. Among equally near pairs the closest two end points win: decoders that round thirds
+// otherwise then differ least.
 template <int bits>
 constexpr std::array<SingleColor, 256> make_single_color_table() {
   constexpr int kCodes = 1 << bits;

@@ -1,5 +1,6 @@
-// One batch of BC4 blocks, one per float lane: loading, the fit by extremes and by least squares, and the bits. Included once per SIMD
-// target by bc4_encoder.cpp. No fused multiply-add and no approximate reciprocal, so that all targets round alike.
+// One batch of BC4 blocks, one per float lane: loading, the fit by extremes and by least squares, and the
+// bits. Included once per SIMD target by bc4_encoder.cpp. No fused multiply-add and no approximate
+// reciprocal, so that all targets round alike.
 #if defined(VT_BUILDER_ENCODE_BC4_KERNEL_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef VT_BUILDER_ENCODE_BC4_KERNEL_INL_H_
 #undef VT_BUILDER_ENCODE_BC4_KERNEL_INL_H_
@@ -21,8 +22,8 @@ namespace {
 HWY_INLINE F float_from(U value) { return hn::ConvertTo(FloatTag(), hn::BitCast(IntTag(), value)); }
 HWY_INLINE F square(F value) { return hn::Mul(value, value); }
 
-// Values are counted in parts of a 16-bit step, 35 to the step: then sevenths and fifths between two codes are whole numbers below 2^24,
-// and every difference of a texel and a palette value is exact in float.
+// Values are counted in parts of a 16-bit step, 35 to the step: then sevenths and fifths between two codes
+// are whole numbers below 2^24, and every difference of a texel and a palette value is exact in float.
 constexpr float kParts = 35.0F;
 constexpr float kCode = 257.0F * kParts;
 constexpr float kTop = 255.0F * kCode;
@@ -97,7 +98,8 @@ HWY_INLINE void load_alpha8(const std::uint8_t* rows, std::size_t pitch, Texels&
   }
 }
 
-// End points as codes (whole numbers), low <= high, and whether the mode is that of six values. Not six: low < high.
+// End points as codes (whole numbers), low <= high, and whether the mode is that of six values. Not six: low
+// < high.
 struct Ends {
   F low, high;
   FloatMask six;
@@ -127,7 +129,8 @@ HWY_INLINE Range range_of(const Texels& texels) {
 // A number to the nearest code.
 HWY_INLINE F code_of(F value) { return clamped(hn::Round(hn::Mul(value, constant(1.0F / kCode))), 0.0F, 255.0F); }
 
-// Position 0..`last` of a texel between the end points, each end point inclusive, and how far the texel is from it.
+// Position 0..`last` of a texel between the end points, each end point inclusive, and how far the texel is
+// from it.
 struct Scale {
   F origin, step, per_step, last;
 
@@ -164,7 +167,8 @@ HWY_INLINE void store_blocks(const Ends& ends, const Texels& texels, std::uint8_
       const F x = texels.get(half * 8 + i);
       const F from_origin = hn::Sub(x, scale.origin);
       const F position = scale.position(from_origin);
-      // Index 0 is the first end point, 1 the second, the rest lies between: the first is the higher one in the mode of eight values.
+      // Index 0 is the first end point, 1 the second, the rest lies between: the first is the higher one in
+      // the mode of eight values.
       const F from_first = hn::IfThenElse(ends.six, position, hn::Sub(last, position));
       F index = hn::Add(from_first, one);
       index = hn::IfThenElse(hn::Eq(from_first, last), one, index);

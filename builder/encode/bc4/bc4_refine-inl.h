@@ -1,5 +1,5 @@
-// The normal fit of a batch of BC4 blocks: least squares from several starts, then the codes around the best. Included once per SIMD
-// target by bc4_encoder.cpp.
+// The normal fit of a batch of BC4 blocks: least squares from several starts, then the codes around the best.
+// Included once per SIMD target by bc4_encoder.cpp.
 #if defined(VT_BUILDER_ENCODE_BC4_REFINE_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef VT_BUILDER_ENCODE_BC4_REFINE_INL_H_
 #undef VT_BUILDER_ENCODE_BC4_REFINE_INL_H_
@@ -28,9 +28,10 @@ HWY_INLINE F error_of(F low, F high, const Texels& texels) {
   return error;
 }
 
-// Least squares for the end points that suit the positions between `low` and `high`, which need not be whole: minimise
-// sum (n x - (n - w) e0 - w e1)^2 over the texels that the end points serve, with n the last position, a = sum (n-w)^2, b = sum (n-w) w,
-// c = sum w^2, x0 = sum (n-w) x, x1 = sum w x. Formulas: the normal equations. `origin` is any value near the texels.
+// Least squares for the end points that suit the positions between `low` and `high`, which need not be whole:
+// minimise sum (n x - (n - w) e0 - w e1)^2 over the texels that the end points serve, with n the last
+// position, a = sum (n-w)^2, b = sum (n-w) w, c = sum w^2, x0 = sum (n-w) x, x1 = sum w x. Formulas: the
+// normal equations. `origin` is any value near the texels.
 template <bool six>
 HWY_INLINE Ends refined(F low, F high, F origin, const Texels& texels) {
   constexpr float kLast = six ? 5.0F : 7.0F;
@@ -110,8 +111,9 @@ HWY_NOINLINE Ends fit_least_squares(const Texels& texels) {
   const F above = hn::Max(code_of(range.high), hn::Min(hn::Add(best.low, constant(1.0F)), constant(255.0F)));
   best = better(best, {.low = best.low, .high = above, .six = hn::Eq(best.low, above), .error = error_of<false>(best.low, above, texels)});
 
-  // Starts at the extremes; moved in, as an outlier wants to be left alone; and moved out, where other values fall on the texels. Tuned on
-  // the scalar test images: the outward starts take the error over the optimum from 4 % to 2 % on normals, from 42 % to 3 % on ramps.
+  // Starts at the extremes; moved in, as an outlier wants to be left alone; and moved out, where other values
+  // fall on the texels. Tuned on the scalar test images: the outward starts take the error over the optimum
+  // from 4 % to 2 % on normals, from 42 % to 3 % on ramps.
   constexpr float kStarts[][2] = {{0.0F, 0.0F}, {0.07F, 0.07F}, {0.14F, 0.0F}, {0.0F, 0.14F}, {-0.1F, 0.0F}, {0.0F, -0.1F}};
   Ends eight = best;
   for (const auto& start : kStarts) {

@@ -1,5 +1,5 @@
-// The best fit of one BC4 block: a search of all pairs of end points that could beat a fit that is known. Lanes are neighbouring low end
-// points here, not blocks. Included once per SIMD target by bc4_encoder.cpp.
+// The best fit of one BC4 block: a search of all pairs of end points that could beat a fit that is known.
+// Lanes are neighbouring low end points here, not blocks. Included once per SIMD target by bc4_encoder.cpp.
 //
 // Two bounds keep most pairs away, both never above the true error:
 //   * Texels outside the end points: their distance to the nearer end point.
@@ -32,10 +32,12 @@ struct Pair {
   bool six;
 };
 
-// Errors are sums of 16 rounded squares: two sums over the same texels, in different orders, differ by less than this factor.
+// Errors are sums of 16 rounded squares: two sums over the same texels, in different orders, differ by less
+// than this factor.
 constexpr float kSlack = 1.0F + 4e-6F;
 
-// The texels that a bound may count: all, or from `first` to before `last` those that cannot be 0 or 255 in a block below `limit`.
+// The texels that a bound may count: all, or from `first` to before `last` those that cannot be 0 or 255 in a
+// block below `limit`.
 struct Counted {
   std::size_t first = 0;
   std::size_t last = 16;
@@ -57,7 +59,8 @@ HWY_INLINE int largest_within(float limit, const Cost& cost) {
   return largest;
 }
 
-// The highest low end point and the lowest high one for which the texels outside do not cost more than `limit`.
+// The highest low end point and the lowest high one for which the texels outside do not cost more than
+// `limit`.
 HWY_INLINE int highest_low(const Sorted& x, Counted counted, float limit) {
   return largest_within(limit, [&](int code) {
     float cost = 0;
@@ -85,7 +88,8 @@ HWY_INLINE void sort_two(F& p, F& q) {
   p = low;
 }
 
-// Least error of the counted texels on lattices whose steps are (first_distance + lane) * unit, less what rounding may have added.
+// Least error of the counted texels on lattices whose steps are (first_distance + lane) * unit, less what
+// rounding may have added.
 HWY_NOINLINE F lattice_bound(const Sorted& x, Counted counted, int first_distance, float unit) {
   const FloatTag f;
   const F zero = hn::Zero(f);
@@ -123,7 +127,8 @@ HWY_NOINLINE F lattice_bound(const Sorted& x, Counted counted, int first_distanc
   return hn::Mul(hn::Max(hn::Sub(least, constant(2e-4F)), zero), square(step));
 }
 
-// Searches one mode for what has a smaller error than `best`. Of equals the first found stays: the smallest distance, then the lowest.
+// Searches one mode for what has a smaller error than `best`. Of equals the first found stays: the smallest
+// distance, then the lowest.
 template <bool six>
 HWY_NOINLINE void search_mode(const Sorted& x, Pair& best) {
   const FloatTag f;
@@ -170,7 +175,8 @@ HWY_NOINLINE void search_mode(const Sorted& x, Pair& best) {
   }
 }
 
-// The best of all pairs for every block of the batch. `known` need not be good; the better it is, the shorter the search.
+// The best of all pairs for every block of the batch. `known` need not be good; the better it is, the shorter
+// the search.
 HWY_NOINLINE Ends search(const Ends& known, const Texels& texels) {
   const FloatTag f;
   HWY_ALIGN_MAX float low[kMaxLanes];
@@ -182,7 +188,8 @@ HWY_NOINLINE Ends search(const Ends& known, const Texels& texels) {
     Sorted x;
     for (std::size_t i = 0; i < 16; ++i) x[i] = texels.x[i][lane];
     std::sort(x.begin(), x.end());
-    // A little above what is known, so that it is found again and the order of the search alone decides among equals.
+    // A little above what is known, so that it is found again and the order of the search alone decides among
+    // equals.
     Pair best{.error = error[lane] * kSlack + 1.0F, .low = 0, .high = 0, .six = true};
     search_mode<false>(x, best);
     search_mode<true>(x, best);

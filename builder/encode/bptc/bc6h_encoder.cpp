@@ -217,8 +217,8 @@ struct Coding {
   }
 };
 
-// Single steps of single codes, as long as they cost less, two rounds of them; the indices stay. What the modes' rounding of the ends took
-// from the light comes back here.
+// Single steps of single codes, as long as they cost less, two rounds of them; the indices stay. What the
+// modes' rounding of the ends took from the light comes back here.
 HWY_NOINLINE void step_ends(const Texels<3>& texels, Choices& choices) {
   const Coding coding(choices.mode);
   const U one_subset = hn::VecFromMask(UintTag(), hn::RebindMask(UintTag(), coding.one_subset));
@@ -280,7 +280,8 @@ HWY_NOINLINE void step_ends(const Texels<3>& texels, Choices& choices) {
   }
 }
 
-// All texels in the half nearest to their mean light: where light and darkness alternate so that no line follows, this at least keeps it.
+// All texels in the half nearest to their mean light: where light and darkness alternate so that no line
+// follows, this at least keeps it.
 HWY_NOINLINE Choices one_color(const Texels<3>& texels) {
   Color<3> mean;
   for (int k = 0; k < 3; ++k) {
@@ -322,8 +323,9 @@ HWY_INLINE void encode_batch(const std::uint8_t* rows, std::size_t pitch, Qualit
 }
 
 void encode_halves(const BlockImage& image) {
-  for_each_batch<kMaxLanes, 8, 16>(
-      image, [&image](const std::uint8_t* rows, std::size_t pitch, std::uint8_t* blocks) { encode_batch(rows, pitch, image.quality, blocks); });
+  for_each_batch<kMaxLanes, 8, 16>(image, [&image](const std::uint8_t* rows, std::size_t pitch, std::uint8_t* blocks) {
+    encode_batch(rows, pitch, image.quality, blocks);
+  });
 }
 
 }  // namespace

@@ -1,5 +1,5 @@
-// End points of BC6H: lines through half codes, moved to keep the sum of light, their codes in a mode, and what these cost. One block per
-// SIMD lane. Included once per CPU target.
+// End points of BC6H: lines through half codes, moved to keep the sum of light, their codes in a mode, and
+// what these cost. One block per SIMD lane. Included once per CPU target.
 #if defined(VT_BUILDER_ENCODE_BC6H_FIT_INL_H) == defined(HWY_TARGET_TOGGLE)
 #ifdef VT_BUILDER_ENCODE_BC6H_FIT_INL_H
 #undef VT_BUILDER_ENCODE_BC6H_FIT_INL_H
@@ -17,16 +17,18 @@ constexpr float kLargestHalfCode = 31743.0F;  // 65504
 
 // The light that a half code stands for: its exponent and mantissa are those of a float 112 octaves down.
 HWY_INLINE F light(U code) { return hn::Mul(hn::BitCast(FloatTag(), hn::ShiftLeft<13>(code)), constant(0x1p112F)); }
-// Light from one half code to the next: the value of the octave's first code / 1024; one step for zero and subnormals.
+// Light from one half code to the next: the value of the octave's first code / 1024; one step for zero and
+// subnormals.
 HWY_INLINE F light_step(U code) {
   const U octave = hn::Max(hn::And(code, bits(0x7C00)), bits(0x0400));
   return hn::Mul(light(octave), constant(1.0F / 1024.0F));
 }
 
-// One Newton step of the constraint "sum of light as in the source" for each channel, the texels keeping their positions, along the least
-// squares' own quadratic form: with M its matrix (a b; b c) / 64^2 and g the derivative of the sum by the two ends, the cheapest change is
-// M^-1 g (missing / g^T M^-1 g), and costs missing^2 / g^T M^-1 g of squared error. It is shortened where that is more than the line's own
-// error (and one code a texel).
+// One Newton step of the constraint "sum of light as in the source" for each channel, the texels keeping
+// their positions, along the least squares' own quadratic form: with M its matrix (a b; b c) / 64^2 and g the
+// derivative of the sum by the two ends, the cheapest change is M^-1 g (missing / g^T M^-1 g), and costs
+// missing^2 / g^T M^-1 g of squared error. It is shortened where that is more than the line's own error (and
+// one code a texel).
 template <class Part>
 HWY_INLINE Line<3> nearer_in_light(const Line<3>& line, const Projection<3>& projection, const Texels<3>& texels, const Part& part) {
   F a = zero(), b = zero(), c = zero();
@@ -85,14 +87,15 @@ struct HalfEnd {
   Color<3> value;
 };
 
-// For `base_bits` below 16 a code stands for the middle of its interval, but the first and the last are 0 and 65535. In 16 bits it is
-// itself.
+// For `base_bits` below 16 a code stands for the middle of its interval, but the first and the last are 0 and
+// 65535. In 16 bits it is itself.
 HWY_INLINE HalfEnd half_end(const Color<3>& end, int base_bits) {
   const float codes = static_cast<float>(1U << base_bits);
   const float step = 65536.0F / codes;
   HalfEnd result;
   for (int k = 0; k < 3; ++k) {
-    // The decoder takes 31/64 of the number and drops the fraction: aim at the middle of the numbers that become this half.
+    // The decoder takes 31/64 of the number and drops the fraction: aim at the middle of the numbers that
+    // become this half.
     const F number = hn::Add(hn::Mul(end.c[k], constant(64.0F / 31.0F)), constant(32.0F / 31.0F));
     const F position = base_bits == 16 ? number : hn::Sub(hn::Mul(number, constant(1.0F / step)), constant(0.5F));
     const F code = rounded(clamped(position, 0.0F, codes - 1.0F));
@@ -112,8 +115,9 @@ HWY_INLINE HalfEnd select(FloatMask mask, const HalfEnd& yes, const HalfEnd& no)
   return {select(mask, yes.code, no.code), select(mask, yes.value, no.value)};
 }
 
-// Indices for the ends, and the weights of end 1 that they stand for, of 64. The ends are near `kept`, which was moved away from `fitted`
-// for the sake of light: each texel is taken to have moved with the line, or it would find an index that undoes it.
+// Indices for the ends, and the weights of end 1 that they stand for, of 64. The ends are near `kept`, which
+// was moved away from `fitted` for the sake of light: each texel is taken to have moved with the line, or it
+// would find an index that undoes it.
 template <class Part>
 HWY_INLINE void pick_indices(const HalfEnd& end0, const HalfEnd& end1, const Line<3>& fitted, const Line<3>& kept, unsigned index_bits,
                              const Texels<3>& texels, const Part& part, U (&indices)[2], F (&weights)[16]) {
@@ -143,16 +147,17 @@ HWY_INLINE void pick_indices(const HalfEnd& end0, const HalfEnd& end1, const Lin
   }
 }
 
-// A candidate costs, for each channel of each subset, the squared error of what the decoder makes of it, in half codes, and so many times
-// the least such error that would bring the sum of light back, but for a share that is free: small errors have no preferred direction and
-// go away over many blocks. Tuned on the lights of a city by night, where one end of a block is dark and the other a lamp: so every level
-// of 64 blocks and more keeps its light to 0.1 %. With a weight of 16 levels are off by 0.4 %; with none of the light free, blocks of two
-// subsets are hardly taken and codes of a picture by day are worse by half.
+// A candidate costs, for each channel of each subset, the squared error of what the decoder makes of it, in
+// half codes, and so many times the least such error that would bring the sum of light back, but for a share
+// that is free: small errors have no preferred direction and go away over many blocks. Tuned on the lights of
+// a city by night, where one end of a block is dark and the other a lamp: so every level of 64 blocks and
+// more keeps its light to 0.1 %. With a weight of 16 levels are off by 0.4 %; with none of the light free,
+// blocks of two subsets are hardly taken and codes of a picture by day are worse by half.
 constexpr float kLightWeight = 128.0F;
 constexpr float kFreeLight = 0.02F;
 
-// For each channel of a subset: its light, and kLightWeight over the square of the light that a unit of squared error buys at the texels'
-// positions, see nearer_in_light().
+// For each channel of a subset: its light, and kLightWeight over the square of the light that a unit of
+// squared error buys at the texels' positions, see nearer_in_light().
 struct SubsetLight {
   Color<3> total;
   Color<3> cost;
@@ -191,7 +196,8 @@ HWY_INLINE SubsetLight light_of_subset(const F (&weights)[16], const Texels<3>& 
   return result;
 }
 
-// For each channel of a subset with the ends that decode to these numbers, a share `free_light` of the light being free.
+// For each channel of a subset with the ends that decode to these numbers, a share `free_light` of the light
+// being free.
 template <class Part>
 HWY_INLINE Color<3> channel_costs(const Color<3>& value0, const Color<3>& value1, const F (&weights)[16], const SubsetLight& wanted,
                                   float free_light, const Texels<3>& texels, const Part& part) {

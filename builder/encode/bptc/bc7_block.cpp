@@ -14,7 +14,8 @@ namespace {
 using store::Bc7Mode;
 using store::BptcBitWriter;
 
-// One colour: mode 5 with index 1 everywhere, whose 43:21 mixture of two 7-bit codes reaches every 8-bit value.
+// One colour: mode 5 with index 1 everywhere, whose 43:21 mixture of two 7-bit codes reaches every 8-bit
+// value.
 struct CodePair {
   std::uint8_t end0 = 0;
   std::uint8_t end1 = 0;
@@ -74,7 +75,8 @@ std::size_t anchor(const Bc7Mode& mode, std::size_t partition, std::size_t subse
   return subset == 1 ? store::kAnchorOfSecondOfThree[partition] : store::kAnchorOfThirdOfThree[partition];
 }
 
-// Exchanges the end points of a subset, in the channels of `channel_mask`, where its anchor's index does not fit.
+// Exchanges the end points of a subset, in the channels of `channel_mask`, where its anchor's index does not
+// fit.
 void make_anchor_fit(Bc7Choice& choice, std::uint64_t& indices, const Bc7Mode& mode, std::size_t partition, std::size_t subset,
                      unsigned index_bits, std::uint32_t channel_mask) {
   const std::size_t texel = anchor(mode, partition, subset);

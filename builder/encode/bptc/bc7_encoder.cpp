@@ -13,9 +13,10 @@
 
 #include "builder/encode/bptc/bc7_modes-inl.h"
 
-// The method: every block in mode 6, and in the other modes that its alpha and the quality allow; the least exact error wins. Each fit
-// starts on the principal axis and is refined by least squares between roundings to the mode's codes (bc7_fit-inl.h). Partitions are ranked
-// by what lines through their subsets would leave (bptc_partitions-inl.h), and the first few are fitted.
+// The method: every block in mode 6, and in the other modes that its alpha and the quality allow; the least
+// exact error wins. Each fit starts on the principal axis and is refined by least squares between roundings
+// to the mode's codes (bc7_fit-inl.h). Partitions are ranked by what lines through their subsets would leave
+// (bptc_partitions-inl.h), and the first few are fitted.
 HWY_BEFORE_NAMESPACE();
 namespace vt::encode::HWY_NAMESPACE {
 namespace {
@@ -33,7 +34,8 @@ HWY_INLINE PackedRow load_row(const std::uint8_t* row) {
                              static_cast<std::uint32_t>(row[12 + c]) << 24U);
   return packed;
 #else
-  // Taking the channels apart leaves four neighbouring texels in each 32-bit lane: that is one block per lane.
+  // Taking the channels apart leaves four neighbouring texels in each 32-bit lane: that is one block per
+  // lane.
   const hn::Repartition<std::uint8_t, FloatTag> bytes;
   hn::Vec<decltype(bytes)> r, g, b, a;
   hn::LoadInterleaved4(bytes, row, r, g, b, a);
@@ -98,8 +100,8 @@ HWY_INLINE void compete(Choices& best, Choices candidate, FloatMask allowed) {
   keep_better(best, candidate);
 }
 
-// How many of the ranked partitions are fitted. More of them were measured on six aerial images: for kNormal a third in mode 1 gains 0.1 dB
-// for 15 % of the time, a second in mode 3 gains 0.05 dB.
+// How many of the ranked partitions are fitted. More of them were measured on six aerial images: for kNormal
+// a third in mode 1 gains 0.1 dB for 15 % of the time, a second in mode 3 gains 0.05 dB.
 constexpr int kMostTrials = 8;
 constexpr int kMostTrialsOfThree = 4;
 
@@ -169,8 +171,9 @@ HWY_INLINE void encode_batch(const std::uint8_t* rows, std::size_t pitch, Qualit
 }
 
 void encode_rgba(const BlockImage& image) {
-  for_each_batch<kMaxLanes, 4, 16>(
-      image, [&image](const std::uint8_t* rows, std::size_t pitch, std::uint8_t* blocks) { encode_batch(rows, pitch, image.quality, blocks); });
+  for_each_batch<kMaxLanes, 4, 16>(image, [&image](const std::uint8_t* rows, std::size_t pitch, std::uint8_t* blocks) {
+    encode_batch(rows, pitch, image.quality, blocks);
+  });
 }
 
 }  // namespace

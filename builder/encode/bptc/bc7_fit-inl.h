@@ -1,5 +1,5 @@
-// The best end points that this encoder finds for one subset of a BC7 block, in the codes of a mode: one block per SIMD lane. Included once
-// per CPU target.
+// The best end points that this encoder finds for one subset of a BC7 block, in the codes of a mode: one
+// block per SIMD lane. Included once per CPU target.
 #if defined(VT_BUILDER_ENCODE_BC7_FIT_INL_H) == defined(HWY_TARGET_TOGGLE)
 #ifdef VT_BUILDER_ENCODE_BC7_FIT_INL_H
 #undef VT_BUILDER_ENCODE_BC7_FIT_INL_H
@@ -135,7 +135,8 @@ HWY_INLINE void evaluate(const Texels<kChannels>& texels, const Part& part, Subs
   }
 }
 
-// `passes` rounds of least squares and rounding to codes, each from the codes of the one before; the best round counts. `ones` as above.
+// `passes` rounds of least squares and rounding to codes, each from the codes of the one before; the best
+// round counts. `ones` as above.
 template <class Format, int kIndexBits, int kChannels, class Part>
 HWY_INLINE SubsetCode<kChannels> fitted(const Texels<kChannels>& texels, const Part& part, FloatMask ones, int passes) {
   const Moments<kChannels> m = moments_of(texels, part);

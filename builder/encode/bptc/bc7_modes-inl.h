@@ -57,7 +57,8 @@ HWY_NOINLINE Choices mode6(const Texels<4>& texels, FloatMask is_opaque, int pas
   return choices;
 }
 
-// A mode of several subsets in a partition that may differ from block to block. `ones`: where all lowest bits must be 1.
+// A mode of several subsets in a partition that may differ from block to block. `ones`: where all lowest bits
+// must be 1.
 template <int kMode, class Format, int kIndexBits, int kSubsets, int kChannels>
 HWY_NOINLINE Choices partitioned(const Texels<kChannels>& texels, U partition, FloatMask ones, int passes) {
   Subset subsets[kSubsets];
@@ -67,7 +68,8 @@ HWY_NOINLINE Choices partitioned(const Texels<kChannels>& texels, U partition, F
   return choices;
 }
 
-// A mode with indices of their own for one channel: alpha, or the one that `rotation` (1 red, 2 green, 3 blue) exchanges with it.
+// A mode with indices of their own for one channel: alpha, or the one that `rotation` (1 red, 2 green, 3
+// blue) exchanges with it.
 template <int kMode, class ColorFormat, int kColorIndexBits, class AlphaFormat, int kAlphaIndexBits>
 HWY_NOINLINE Choices separated(const Texels<4>& texels, std::uint32_t rotation, std::uint32_t selection, int passes) {
   Texels<3> color;

@@ -1,6 +1,7 @@
-// Lines through the texels of a block, one block per SIMD lane: what the encoders of BC7 and BC6H share. Principal axis, extremes along it,
-// and least squares for the end points given each texel's position. Included once per CPU target; no fused multiply-add and no approximate
-// reciprocal, so that all targets round alike.
+// Lines through the texels of a block, one block per SIMD lane: what the encoders of BC7 and BC6H share.
+// Principal axis, extremes along it, and least squares for the end points given each texel's position.
+// Included once per CPU target; no fused multiply-add and no approximate reciprocal, so that all targets
+// round alike.
 #if defined(VT_BUILDER_ENCODE_BPTC_LANES_INL_H) == defined(HWY_TARGET_TOGGLE)
 #ifdef VT_BUILDER_ENCODE_BPTC_LANES_INL_H
 #undef VT_BUILDER_ENCODE_BPTC_LANES_INL_H
@@ -24,7 +25,8 @@ HWY_INLINE F zero() { return hn::Zero(FloatTag()); }
 HWY_INLINE FloatMask nowhere() { return hn::Lt(zero(), zero()); }
 HWY_INLINE U select(FloatMask mask, U yes, U no) { return hn::IfThenElse(hn::RebindMask(UintTag(), mask), yes, no); }
 
-// Adding 1.5 * 2^23 leaves no bits for a fraction: to nearest, ties to even, for |value| < 2^22. The integer is then in the lowest bits.
+// Adding 1.5 * 2^23 leaves no bits for a fraction: to nearest, ties to even, for |value| < 2^22. The integer
+// is then in the lowest bits.
 constexpr float kRounder = 12582912.0F;
 HWY_INLINE F rounded(F value) { return hn::Sub(hn::Add(value, constant(kRounder)), constant(kRounder)); }
 HWY_INLINE U integer_bits(F integer) { return hn::Sub(hn::BitCast(UintTag(), hn::Add(integer, constant(kRounder))), bits(0x4B400000)); }
@@ -65,7 +67,8 @@ struct Texels {
   HWY_INLINE void set(std::size_t i, int channel, F value) { hn::Store(value, FloatTag(), v[i][channel]); }
 };
 
-// The texels of a block that share two end points: all of them, or those with their bit in `mask`. `only` makes the others 0.
+// The texels of a block that share two end points: all of them, or those with their bit in `mask`. `only`
+// makes the others 0.
 struct WholeBlock {
   HWY_INLINE F only(std::size_t, F value) const { return value; }
   HWY_INLINE F count() const { return constant(16.0F); }
@@ -119,10 +122,12 @@ HWY_INLINE Moments<kChannels> moments_of(const Texels<kChannels>& texels, const 
   return m;
 }
 
-// Direction of greatest variance, of no particular length, by power iteration; zero where all texels are alike.
+// Direction of greatest variance, of no particular length, by power iteration; zero where all texels are
+// alike.
 template <int kChannels>
 HWY_INLINE Color<kChannels> principal_axis(const Color<kChannels> (&rows)[kChannels], int iterations) {
-  // Divided by the trace, no product overflows or vanishes: the largest eigenvalue is between 1 / kChannels and 1.
+  // Divided by the trace, no product overflows or vanishes: the largest eigenvalue is between 1 / kChannels
+  // and 1.
   F trace = rows[0].c[0];
   for (int c = 1; c < kChannels; ++c) trace = hn::Add(trace, rows[c].c[c]);
   const F scale = hn::Div(constant(1.0F), hn::Max(trace, constant(1e-3F)));
@@ -169,7 +174,8 @@ HWY_INLINE Line<kChannels> extremes(const Texels<kChannels>& texels, const Part&
   return line;
 }
 
-// Index of the position on a line nearest to a texel, as if the positions were equally spaced: BPTC's weights are within 1/128 of that.
+// Index of the position on a line nearest to a texel, as if the positions were equally spaced: BPTC's weights
+// are within 1/128 of that.
 template <int kChannels>
 struct Projection {
   Color<kChannels> direction;
@@ -188,16 +194,17 @@ struct Projection {
   HWY_INLINE F weight(F index) const { return rounded(hn::Mul(index, constant(64.0F / last))); }
 };
 
-// End points that minimise a squared error, and how it grows away from them: with d0, d1 the changes of the ends it is larger by
-// (a d0^2 + 2 b d0 d1 + c d1^2) / 64^2, summed over the channels.
+// End points that minimise a squared error, and how it grows away from them: with d0, d1 the changes of the
+// ends it is larger by (a d0^2 + 2 b d0 d1 + c d1^2) / 64^2, summed over the channels.
 template <int kChannels>
 struct Solution {
   Line<kChannels> line;
   F a, b, c;
 };
 
-// Least squares: the end points that fit the texels best at the positions they have on `line`. With w the weight of end 1 (of 64) and
-// a = sum (64-w)^2, b = sum (64-w) w, c = sum w^2, the normal equations are a e0 + b e1 = 64 sum (64-w) x, b e0 + c e1 = 64 sum w x.
+// Least squares: the end points that fit the texels best at the positions they have on `line`. With w the
+// weight of end 1 (of 64) and a = sum (64-w)^2, b = sum (64-w) w, c = sum w^2, the normal equations are a e0
+// + b e1 = 64 sum (64-w) x, b e0 + c e1 = 64 sum w x.
 template <int kChannels, class Part>
 HWY_INLINE Solution<kChannels> refined(const Line<kChannels>& line, unsigned index_bits, const Texels<kChannels>& texels, const Part& part,
                                        const Moments<kChannels>& m) {
@@ -231,7 +238,8 @@ HWY_INLINE Solution<kChannels> refined(const Line<kChannels>& line, unsigned ind
   return solution;
 }
 
-// What is left of the variance without its greatest direction: the squared error of a line without quantisation.
+// What is left of the variance without its greatest direction: the squared error of a line without
+// quantisation.
 template <int kChannels>
 HWY_INLINE F off_axis(const Color<kChannels> (&rows)[kChannels]) {
   const Color<kChannels> axis = principal_axis(rows, 3);

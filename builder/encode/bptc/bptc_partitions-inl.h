@@ -1,5 +1,5 @@
-// Which partitions of a BC7 or BC6H block are worth a fit: all of them are ranked by what lines through their subsets would leave, without
-// quantisation. One block per SIMD lane. Included once per CPU target.
+// Which partitions of a BC7 or BC6H block are worth a fit: all of them are ranked by what lines through their
+// subsets would leave, without quantisation. One block per SIMD lane. Included once per CPU target.
 #if defined(VT_BUILDER_ENCODE_BPTC_PARTITIONS_INL_H) == defined(HWY_TARGET_TOGGLE)
 #ifdef VT_BUILDER_ENCODE_BPTC_PARTITIONS_INL_H
 #undef VT_BUILDER_ENCODE_BPTC_PARTITIONS_INL_H
@@ -16,7 +16,8 @@ HWY_BEFORE_NAMESPACE();
 namespace vt::encode::HWY_NAMESPACE {
 namespace {
 
-// Texels of subset 1 in bits 0-15 and of subset 2 in bits 16-31, for 64 partitions into two subsets and then 64 into three.
+// Texels of subset 1 in bits 0-15 and of subset 2 in bits 16-31, for 64 partitions into two subsets and then
+// 64 into three.
 constexpr std::array<std::uint32_t, 128> kSubsetMasks = [] {
   std::array<std::uint32_t, 128> masks{};
   for (std::size_t p = 0; p < 64; ++p) {
@@ -79,7 +80,8 @@ struct Sums {
   }
 };
 
-// The sums' terms for each texel, less the rounded mean of the block. Those of 8-bit texels are integers that floats add exactly.
+// The sums' terms for each texel, less the rounded mean of the block. Those of 8-bit texels are integers that
+// floats add exactly.
 template <int kChannels>
 struct Terms {
   static constexpr int kTerms = kChannels + Sums<kChannels>::kProducts;

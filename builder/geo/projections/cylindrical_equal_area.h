@@ -1,4 +1,5 @@
-// Lambert's cylindrical equal area projection on an ellipsoid (EPSG method 9835), as of the global EASE grids.
+// Lambert's cylindrical equal area projection on an ellipsoid (EPSG method 9835), as of the global EASE
+// grids.
 #pragma once
 
 #include <memory>

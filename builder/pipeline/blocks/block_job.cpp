@@ -11,8 +11,8 @@
 namespace vt::pipeline {
 namespace {
 
-// Calls use(chunk in layer texels) for every piece of `active` that is read at once. Chunks end on multiples of their height, so that
-// neighbouring blocks ask the source for the same rows.
+// Calls use(chunk in layer texels) for every piece of `active` that is read at once. Chunks end on multiples
+// of their height, so that neighbouring blocks ask the source for the same rows.
 template <class Use>
 Result<void> for_each_chunk(const TexelRect& active, const Use& use) {
   for (std::int64_t y = active.y; y < active.bottom();) {

@@ -1,6 +1,6 @@
-// One block of one tier from its samples to finished tiles: the unit of parallel work, of resuming and of updating. A job touches nothing
-// but its own buffers and the store, and needs no other block of its tier; it could as well run on another machine. One object per worker
-// thread, reused for many blocks.
+// One block of one tier from its samples to finished tiles: the unit of parallel work, of resuming and of
+// updating. A job touches nothing but its own buffers and the store, and needs no other block of its tier; it
+// could as well run on another machine. One object per worker thread, reused for many blocks.
 #pragma once
 
 #include <atomic>
@@ -26,9 +26,10 @@ class BlockJob {
   // All arguments outlive the job. `timed`: keep times().
   BlockJob(const LayerPlan& plan, const WorkMap& work, const LayerIds& ids, store::StoreWriter& writer, bool timed);
 
-  // Builds block `index` of a tier; blocks of tier 0 read the sources, others the carry tiles of the tier before. The block's mark comes
-  // last: when it is there, all of the block is. Calls `progress` with the number of core base texels done since the last call. kCancelled
-  // as soon as `cancel` is seen; then nothing of the block counts.
+  // Builds block `index` of a tier; blocks of tier 0 read the sources, others the carry tiles of the tier
+  // before. The block's mark comes last: when it is there, all of the block is. Calls `progress` with the
+  // number of core base texels done since the last call. kCancelled as soon as `cancel` is seen; then nothing
+  // of the block counts.
   [[nodiscard]] Result<void> run(std::size_t tier, std::int64_t index, const std::function<void(std::uint64_t)>& progress,
                                  const std::atomic<bool>* cancel);
   // The mark that run() would leave for a block of tier 0, without decoding anything.
@@ -42,7 +43,8 @@ class BlockJob {
   [[nodiscard]] Result<void> put_blob(LayerId layer, TileId tile, std::span<const std::byte> bytes);
   [[nodiscard]] Result<void> feed_from_sources(pyramid::Cascade& cascade, TileOutput& output,
                                                const std::function<void(std::uint64_t)>& progress, const std::atomic<bool>* cancel);
-  [[nodiscard]] Result<void> feed_from_carry(std::size_t tier, pyramid::Cascade& cascade, TileOutput& output, const std::atomic<bool>* cancel);
+  [[nodiscard]] Result<void> feed_from_carry(std::size_t tier, pyramid::Cascade& cascade, TileOutput& output,
+                                             const std::atomic<bool>* cancel);
   [[nodiscard]] Result<void> load_carry_band(std::size_t tier, std::int64_t tile_row);
 
   const LayerPlan& plan_;

@@ -1,6 +1,6 @@
-// What the store remembers of every block that was built: the layer `NAME/sources`, one constant tile for each block, whose value is the
-// hash of the source content that the block was built from. A block with a mark is done; an update finds what changed by comparing marks.
-// Threads: as StoreWriter.
+// What the store remembers of every block that was built: the layer `NAME/sources`, one constant tile for
+// each block, whose value is the hash of the source content that the block was built from. A block with a
+// mark is done; an update finds what changed by comparing marks. Threads: as StoreWriter.
 #pragma once
 
 #include <optional>
@@ -26,8 +26,8 @@ class BlockMarks {
   // nullopt: never built.
   [[nodiscard]] Result<std::optional<store::ContentHash>> find(const Tier& tier, std::int64_t index) const;
   [[nodiscard]] Result<void> set(const Tier& tier, std::int64_t index, const store::ContentHash& hash);
-  // Before its first tile is put: a run that ends inside the block leaves tiles behind, which whoever goes on from other sources has to
-  // know.
+  // Before its first tile is put: a run that ends inside the block leaves tiles behind, which whoever goes on
+  // from other sources has to know.
   [[nodiscard]] Result<void> begin(const Tier& tier, std::int64_t index);
 
   // Whether `layer` says that any block is built; none is when it is no layer of marks.

@@ -35,7 +35,8 @@ LayerInfo describe_quality(const LayerPlan& plan, int block_levels) {
   return info;
 }
 
-// The north-western of the four tiles under the block's carry tile; so the root is left for the last block, which has no carry.
+// The north-western of the four tiles under the block's carry tile; so the root is left for the last block,
+// which has no carry.
 TileId quality_tile(const Tier& tier, std::int64_t index) {
   if (!tier.has_carry) return {};
   const TileId carry = tier.carry_tile(index);

@@ -1,6 +1,7 @@
-// How far a layer's texels lie from what they should be, level by level, and what those of the finest level cannot say: measured block by
-// block while tiles are encoded, kept in the layer `NAME/quality` (one blob a block) so that stopped and updated builds know all of it, and
-// added up in the order of the blocks, so that the sums do not depend on threads.
+// How far a layer's texels lie from what they should be, level by level, and what those of the finest level
+// cannot say: measured block by block while tiles are encoded, kept in the layer `NAME/quality` (one blob a
+// block) so that stopped and updated builds know all of it, and added up in the order of the blocks, so that
+// the sums do not depend on threads.
 #pragma once
 
 #include <cstddef>
@@ -37,7 +38,8 @@ struct LayerQuality {
   LossCounts losses;
 };
 
-// The layer that holds the measurements of `plan`, one level finer than its marks; its owner is for the caller to fill in.
+// The layer that holds the measurements of `plan`, one level finer than its marks; its owner is for the
+// caller to fill in.
 [[nodiscard]] LayerInfo describe_quality(const LayerPlan& plan, int block_levels);
 // Where in it a block is.
 [[nodiscard]] TileId quality_tile(const Tier& tier, std::int64_t index);
@@ -53,7 +55,8 @@ struct QualityShape {
 [[nodiscard]] std::size_t block_quality_bytes(const QualityShape& shape);
 // Little-endian, no compression.
 void write_block_quality(const BlockQuality& quality, std::vector<std::byte>& out);
-// kCorrupt: not the bytes of such a block. Blobs that were written before losses were counted have none of them.
+// kCorrupt: not the bytes of such a block. Blobs that were written before losses were counted have none of
+// them.
 [[nodiscard]] Result<BlockQuality> read_block_quality(std::span<const std::byte> bytes, const QualityShape& shape);
 
 // Over all blocks that are there. Memory does not depend on their number.
@@ -69,8 +72,8 @@ void write_block_quality(const BlockQuality& quality, std::vector<std::byte>& ou
 [[nodiscard]] nlohmann::ordered_json losses_json(const LayerPlan& plan, std::span<const channels::LossCount> losses);
 // The same in sentences, for whoever builds the layer.
 [[nodiscard]] std::vector<std::string> loss_remarks(const LayerPlan& plan, std::span<const channels::LossCount> losses);
-// Likewise, where the format does not keep the light of a level to 0.1 %: of the level that is worst. Levels of fewer than 2^16 numbers may
-// be off by chance and are passed over.
+// Likewise, where the format does not keep the light of a level to 0.1 %: of the level that is worst. Levels
+// of fewer than 2^16 numbers may be off by chance and are passed over.
 [[nodiscard]] std::vector<std::string> light_remarks(const LayerPlan& plan, std::span<const LevelQuality> levels);
 
 }  // namespace vt::pipeline

@@ -14,8 +14,8 @@ struct BuildOptions {
   std::size_t memory_bytes = std::size_t{512} << 20;
   int block_levels = 0;              // 0: chosen from the memory; a block spans 2^block_levels tiles along an edge
   double checkpoint_seconds = 10.0;  // what is lost when the process is killed: this much work, and the blocks in hand
-  // A layer that is there already is compared with its sources, all of them are read, and what differs is built again. The sources' list
-  // may have changed too, all other settings may not.
+  // A layer that is there already is compared with its sources, all of them are read, and what differs is
+  // built again. The sources' list may have changed too, all other settings may not.
   bool update = false;
   bool with_stats = false;
   // Texels of work done and in all; from any thread. The first call says what an earlier run had done.

@@ -1,4 +1,5 @@
-// Where the time of a build went: every worker charges its time to one stage after another. A StageClock belongs to one thread.
+// Where the time of a build went: every worker charges its time to one stage after another. A StageClock
+// belongs to one thread.
 #pragma once
 
 #include <array>

@@ -72,8 +72,9 @@ Result<void> check_carry_size(const LayerPlan& plan) {
                                      "; use a smaller `tile`");
 }
 
-// A layer that was never finished is in nobody's way: what an interrupted build has come to is kept for the command that began it, but a
-// build that came to nothing, or cannot come to its end, gives way to the next one.
+// A layer that was never finished is in nobody's way: what an interrupted build has come to is kept for the
+// command that began it, but a build that came to nothing, or cannot come to its end, gives way to the next
+// one.
 Result<bool> gives_way(const store::StoreWriter& writer, const LayerPlan& plan, const LayerInfo& existing, const BuildState& state) {
   if (!state.is_ours || state.was_complete) return false;
   if (without_sources(state.settings) == without_sources(plan.settings)) return false;

@@ -1,5 +1,5 @@
-// A layer under construction as the store keeps it: the texture, the carry between tiers, the marks of finished blocks, and the metadata
-// that let a later run go on.
+// A layer under construction as the store keeps it: the texture, the carry between tiers, the marks of
+// finished blocks, and the metadata that let a later run go on.
 #pragma once
 
 #include <nlohmann/json.hpp>
@@ -22,19 +22,21 @@ struct BuiltLayer {
   std::string remark;  // for the user, when the layer that was there is not what the plan goes on with; else empty
 };
 
-// Finds the layer of `plan`, or adds it and commits. A layer of that name that was never finished gives way to other settings when nothing
-// of it is built, or when its own build failed for its data; with other sources the plan goes on with it, as an update. Otherwise kExists:
-// the layer has other settings, or other sources without `may_differ_in_sources`. kInvalidData: the layer cannot go on, because its working
-// state is not in the store.
+// Finds the layer of `plan`, or adds it and commits. A layer of that name that was never finished gives way
+// to other settings when nothing of it is built, or when its own build failed for its data; with other
+// sources the plan goes on with it, as an update. Otherwise kExists: the layer has other settings, or other
+// sources without `may_differ_in_sources`. kInvalidData: the layer cannot go on, because its working state is
+// not in the store.
 [[nodiscard]] Result<BuiltLayer> open_built_layer(store::StoreWriter& writer, const LayerPlan& plan, int block_levels,
                                                   bool may_differ_in_sources);
 
 // The layer is unfinished from here on, and its sources are those of `plan`. Does not commit.
 [[nodiscard]] Result<void> begin_update(store::StoreWriter& writer, const LayerPlan& plan, BuiltLayer& layer);
-// Notes in a layer that was never complete whether its build has failed for its data, so that it can only be built with another command or
-// other data. Does not commit.
+// Notes in a layer that was never complete whether its build has failed for its data, so that it can only be
+// built with another command or other data. Does not commit.
 [[nodiscard]] Result<void> note_failure(store::StoreWriter& writer, const BuiltLayer& layer, bool has_failed);
-// Whether the store holds anything that a build has come to: a complete layer, or a block of an unfinished one.
+// Whether the store holds anything that a build has come to: a complete layer, or a block of an unfinished
+// one.
 [[nodiscard]] Result<bool> holds_built_work(const store::StoreWriter& writer);
 
 // What passes after the blocks found out, for the metadata.
@@ -43,7 +45,8 @@ struct PassFindings {
   nlohmann::ordered_json surface;         // a measure like those of quality_json(); null: none
 };
 
-// All blocks and passes are done: adds up what was measured of them. Commits. Returns what whoever builds the layer should know of it.
+// All blocks and passes are done: adds up what was measured of them. Commits. Returns what whoever builds the
+// layer should know of it.
 [[nodiscard]] Result<std::vector<std::string>> complete(store::StoreWriter& writer, const LayerPlan& plan, const WorkMap& work,
                                                         const BuiltLayer& layer, const PassFindings& findings);
 

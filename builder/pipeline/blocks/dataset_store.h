@@ -1,4 +1,5 @@
-// Opens or makes the store that layers go into, and keeps the dataset's frame (coordinate reference system, area) in its metadata.
+// Opens or makes the store that layers go into, and keeps the dataset's frame (coordinate reference system,
+// area) in its metadata.
 #pragma once
 
 #include <filesystem>

@@ -22,8 +22,8 @@ struct TileCounts {
   }
 };
 
-// Writes the tile, or removes what an empty one leaves behind; a tile that is there byte for byte costs nothing. Counts in `counts`.
-// Errors and threads as StoreWriter.
+// Writes the tile, or removes what an empty one leaves behind; a tile that is there byte for byte costs
+// nothing. Counts in `counts`. Errors and threads as StoreWriter.
 [[nodiscard]] Result<void> put_tile(store::StoreWriter& writer, LayerId layer, const encode::EncodedTile& tile, TileCounts& counts);
 
 }  // namespace vt::pipeline

@@ -32,7 +32,8 @@ void TileOutput::row(int k, std::int64_t y, const channels::RowNeighbourhood& ro
     to_.plan.sampler->codec().count_losses(rows.here, rows.opaque, base_core_.width, base_core_.x - to_.plan.info.data.x,
                                            y - to_.plan.info.data.y, losses_);
   const bool comes_as_texels = k == 0 && has_base_texels_[static_cast<std::size_t>(y - base_core_.y)];
-  // The first part may take such a row before or after the others: the reference is kept for whoever is first.
+  // The first part may take such a row before or after the others: the reference is kept for whoever is
+  // first.
   if (!comes_as_texels || parts_ > 1) references_[static_cast<std::size_t>(k)].keep(y, rows.here);
   for (std::size_t part = comes_as_texels ? 1 : 0; part < parts_ && status_; ++part) add_row(band_of(k, part), part, y, rows);
 }

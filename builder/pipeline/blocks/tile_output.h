@@ -1,6 +1,6 @@
-// From filtered rows to stored tiles: what a block's cascade gives goes into bands of tiles, one for each part of each level, and from there
-// through the encoders into the store. On the way what is stored is measured against the planes, and what it cannot say is counted. One
-// object a block; one thread.
+// From filtered rows to stored tiles: what a block's cascade gives goes into bands of tiles, one for each
+// part of each level, and from there through the encoders into the store. On the way what is stored is
+// measured against the planes, and what it cannot say is counted. One object a block; one thread.
 #pragma once
 
 #include <cstddef>

@@ -46,15 +46,17 @@ std::vector<pyramid::BlockLevel> widest_block(const LayerPlan& plan, const Tier&
   return block;
 }
 
-// Different classes in one texel that lies `depth` levels above the finest, on average over a row. Noise of many classes has more, up to
-// all of the format; of four land cover maps of 7 to 19 classes (Berlin, Zion, crops of Iowa at 3 m, Pennsylvania at 1 m) none had more
-// than 12 in a texel of 64 x 64, 14 in one of 256 x 256. A texel of the finest level has one, unless it lies over many samples.
+// Different classes in one texel that lies `depth` levels above the finest, on average over a row. Noise of
+// many classes has more, up to all of the format; of four land cover maps of 7 to 19 classes (Berlin, Zion,
+// crops of Iowa at 3 m, Pennsylvania at 1 m) none had more than 12 in a texel of 64 x 64, 14 in one of 256 x
+// 256. A texel of the finest level has one, unless it lies over many samples.
 std::size_t classes_per_texel(const LayerPlan& plan, int depth) {
   constexpr std::size_t kClasses = 16;
   return depth < 2 && area_exponent(plan) == 0 ? std::size_t{1} << (2 * depth) : kClasses;
 }
 
-// The memory of a ClassCascade: rows of planes, and of each level but the base two rows of counts with room for all that the finer two rows have.
+// The memory of a ClassCascade: rows of planes, and of each level but the base two rows of counts with room
+// for all that the finer two rows have.
 std::size_t class_cascade_bytes(const LayerPlan& plan, const std::vector<pyramid::BlockLevel>& block, int depth) {
   constexpr std::size_t kRingRows = 4;
   const auto planes = static_cast<std::size_t>(plan.codec->planes());
@@ -85,8 +87,8 @@ std::size_t cascade_bytes(const LayerPlan& plan, const std::vector<pyramid::Bloc
   return (floats + widest) * sizeof(float);
 }
 
-// A row of tiles of every part of every level, the planes of the rows of each level that are measured, and of each part one tile on its way
-// through the encoders.
+// A row of tiles of every part of every level, the planes of the rows of each level that are measured, and of
+// each part one tile on its way through the encoders.
 std::size_t tile_bytes(const LayerPlan& plan, const Tier& tier, const std::vector<pyramid::BlockLevel>& block) {
   const std::size_t edge = plan.info.tile_texels();
   const auto planes = static_cast<std::size_t>(plan.codec->planes());
@@ -159,14 +161,16 @@ std::size_t store_bytes(const LayerPlan& plan, int levels) {
   const std::vector<Tier> tiers = plan_tiers(plan.info, levels);
   std::uint64_t blocks = 0;
   for (const Tier& tier : tiers) blocks += static_cast<std::uint64_t>(tier.blocks());
-  // When there are a few islands in a wide sea, only the blocks under them are ever listed; coarser tiers have fewer.
+  // When there are a few islands in a wide sea, only the blocks under them are ever listed; coarser tiers
+  // have fewer.
   if (plan.sampler) {
     const Tier& base = tiers.front();
     constexpr std::uint64_t kCoarser = 2;  // times as many blocks, all tiers together
     const std::uint64_t touched = plan.sampler->most_squares_touched(base.block_texels, base.block_texels);  // no apron is wider
     blocks = std::min(blocks, kCoarser * touched + tiers.size());
   }
-  // Pages hold 1024 tiles and are cut by the data's edges; the parts, the carry, the marks and the quality have pages of their own.
+  // Pages hold 1024 tiles and are cut by the data's edges; the parts, the carry, the marks and the quality
+  // have pages of their own.
   constexpr std::uint64_t kHelpers = 3;
   const std::uint64_t pages =
       tiles / 512 + kHelpers * blocks / 512 + (plan.parts.size() + kHelpers) * static_cast<std::uint64_t>(plan.info.finest.value + 1);
@@ -196,7 +200,8 @@ std::optional<int> widest_fit(const LayerPlan& plan, int threads, std::size_t me
   return std::nullopt;
 }
 
-// What a build needs that is told to use no more than that, in whole mebibytes: with more memory its sources keep more, too.
+// What a build needs that is told to use no more than that, in whole mebibytes: with more memory its sources
+// keep more, too.
 std::size_t enough_memory(const LayerPlan& plan, int threads) {
   const int levels = cheapest_block_levels(plan, threads);
   std::size_t cache_bytes = plan.source_load.cache_bytes;

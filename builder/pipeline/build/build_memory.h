@@ -1,4 +1,5 @@
-// What a build keeps in memory, counted before it begins: `--memory` is honoured by choosing blocks that fit. Arithmetic only; any thread.
+// What a build keeps in memory, counted before it begins: `--memory` is honoured by choosing blocks that fit.
+// Arithmetic only; any thread.
 #pragma once
 
 #include <algorithm>
@@ -12,8 +13,8 @@
 
 namespace vt::pipeline {
 
-// The program itself: code, libraries and what they touch, measured with a build of one small tile. Reading pictures other than TIFF loads
-// another library with many of its own.
+// The program itself: code, libraries and what they touch, measured with a build of one small tile. Reading
+// pictures other than TIFF loads another library with many of its own.
 inline constexpr std::size_t kProgramBytes = std::size_t{12} << 20;
 inline constexpr std::size_t kPictureLibraryBytes = std::size_t{128} << 20;
 
@@ -28,14 +29,16 @@ struct BuildMemory {
   [[nodiscard]] std::size_t total(int threads) const {
     return program + sources + store + std::max(static_cast<std::size_t>(threads) * worker, surface);
   }
-  // How many of `threads` may measure the surface, so that no more than `memory_bytes` are used; at least one.
+  // How many of `threads` may measure the surface, so that no more than `memory_bytes` are used; at least
+  // one.
   [[nodiscard]] int surface_threads(int threads, std::size_t memory_bytes) const;
 };
 
 // With blocks of 2^levels tiles along an edge.
 [[nodiscard]] BuildMemory build_memory(const LayerPlan& plan, int levels, int threads);
 
-// The block that takes the least memory, and of several the largest: to show what a build needs that does not fit.
+// The block that takes the least memory, and of several the largest: to show what a build needs that does not
+// fit.
 [[nodiscard]] int cheapest_block_levels(const LayerPlan& plan, int threads);
 
 // Decoded samples that the sources of a layer may keep, of all the memory that a build may use.
@@ -43,8 +46,9 @@ struct BuildMemory {
   return std::clamp<std::size_t>(memory_bytes / 8, std::size_t{4} << 20, std::size_t{128} << 20);
 }
 
-// For each layer the largest block (2^levels tiles) that fits `threads` workers into `memory_bytes`, at most 4096 texels wide. kUsage when
-// not even the smallest does for one of them: the message names it and says how many threads, or how much memory, would be enough for all.
+// For each layer the largest block (2^levels tiles) that fits `threads` workers into `memory_bytes`, at most
+// 4096 texels wide. kUsage when not even the smallest does for one of them: the message names it and says how
+// many threads, or how much memory, would be enough for all.
 [[nodiscard]] Result<std::vector<int>> choose_block_levels(std::span<const LayerPlan> plans, int threads, std::size_t memory_bytes);
 [[nodiscard]] Result<int> choose_block_levels(const LayerPlan& plan, int threads, std::size_t memory_bytes);
 

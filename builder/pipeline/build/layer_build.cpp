@@ -52,7 +52,8 @@ class TierRun {
         options_(options),
         counter_(counter) {}
 
-  // Commits every checkpoint_seconds while the workers run. Adds what was done to `report`, also when it fails.
+  // Commits every checkpoint_seconds while the workers run. Adds what was done to `report`, also when it
+  // fails.
   [[nodiscard]] Result<void> run(int threads, BuildReport& report) {
     const auto workers_wanted = std::min(static_cast<std::size_t>(threads), blocks_.size());
     running_ = workers_wanted;
@@ -115,7 +116,8 @@ class TierRun {
     return blocks_[next_++];
   }
 
-  // Sources that cannot be read at random need not keep what lies above all blocks that are left. Under mutex_.
+  // Sources that cannot be read at random need not keep what lies above all blocks that are left. Under
+  // mutex_.
   void release_rows() {
     std::optional<std::int64_t> first;
     if (!in_hand_.empty()) first = *in_hand_.begin();
@@ -172,7 +174,8 @@ Result<void> finish_layer(store::StoreWriter& writer, const LayerPlan& plan, con
   return {};
 }
 
-// Compares a layer that is there with its sources. Afterwards the layer is either complete and up to date, or unfinished and committed so.
+// Compares a layer that is there with its sources. Afterwards the layer is either complete and up to date, or
+// unfinished and committed so.
 Result<void> find_changes(store::StoreWriter& writer, const LayerPlan& plan, const WorkMap& work, BuiltLayer& layer, int threads,
                           const BuildOptions& options, BuildReport& report) {
   VT_ASSIGN(SourceCheck check, check_sources(writer, plan, work, layer, threads, options));
@@ -241,7 +244,8 @@ Result<BuildReport> build_layer(store::StoreWriter& writer, const LayerPlan& pla
   if (!layer.is_complete) {
     auto built = build_tiers(writer, plan, work, layer, report.threads, options, report);
     if (!built) {
-      // What is done is kept, whatever stopped the rest. If it was the store itself, it refuses, and the first error is the one to tell.
+      // What is done is kept, whatever stopped the rest. If it was the store itself, it refuses, and the
+      // first error is the one to tell.
       [[maybe_unused]] const auto noted = note_failure(writer, layer, is_of_the_data(built.error().code));
       [[maybe_unused]] const auto kept = writer.commit();
       return tl::unexpected(std::move(built).error());

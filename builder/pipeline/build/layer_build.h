@@ -1,9 +1,9 @@
-// Carries out a plan: blocks on all cores, tiles into the store, checkpoints on the way. A build that was interrupted goes on where its
-// last checkpoint left it when the same plan is built again; the tiles are the same bytes at any thread count, block size or number of
-// interruptions.
+// Carries out a plan: blocks on all cores, tiles into the store, checkpoints on the way. A build that was
+// interrupted goes on where its last checkpoint left it when the same plan is built again; the tiles are the
+// same bytes at any thread count, block size or number of interruptions.
 //
-// Updating is the same work with a question before it: blocks whose sources are not what they were built from are marked stale, and what
-// depends on them; then the build goes on as after an interruption.
+// Updating is the same work with a question before it: blocks whose sources are not what they were built from
+// are marked stale, and what depends on them; then the build goes on as after an interruption.
 #pragma once
 
 #include <cstdint>
@@ -37,9 +37,10 @@ struct BuildReport {
   StageTimes stages;            // when asked for
 };
 
-// The writer is used by this call alone until it returns, and is left committed: with the layer complete, or with all blocks that were done
-// before an error. A layer of that name that was never finished gives way, or is gone on with, as open_built_layer() says. kExists: the
-// store has a layer of that name built from other settings. kIo: the store stays at its last checkpoint.
+// The writer is used by this call alone until it returns, and is left committed: with the layer complete, or
+// with all blocks that were done before an error. A layer of that name that was never finished gives way, or
+// is gone on with, as open_built_layer() says. kExists: the store has a layer of that name built from other
+// settings. kIo: the store stays at its last checkpoint.
 [[nodiscard]] Result<BuildReport> build_layer(store::StoreWriter& writer, const LayerPlan& plan, const BuildOptions& options);
 
 // Whether a build that failed will fail again: the same command on the same data would end in the same way.

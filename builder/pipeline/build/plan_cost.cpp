@@ -17,7 +17,8 @@ std::uint64_t scaled(std::uint64_t bytes, double ratio) {
   return static_cast<std::uint64_t>(std::llround(static_cast<double>(bytes) * ratio));
 }
 
-// Entries and the heads of their pages, one page for 1024 tiles side by side, and about a thirtieth for the pages above.
+// Entries and the heads of their pages, one page for 1024 tiles side by side, and about a thirtieth for the
+// pages above.
 std::uint64_t index_bytes_of(std::uint64_t entries) {
   const std::uint64_t pages = entries / store::kPageSlots + 1;
   return entries * store::kReferenceBytes + pages * (store::kPageEntriesAt + store::kRecordHeaderBytes) * 31 / 30;

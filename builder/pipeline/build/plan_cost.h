@@ -1,5 +1,5 @@
-// How much a planned layer makes: texels, tiles, bytes, blocks, time. Counts are exact for data without holes; an estimate says what it
-// rests on. Arithmetic only, however large the layer; any thread.
+// How much a planned layer makes: texels, tiles, bytes, blocks, time. Counts are exact for data without
+// holes; an estimate says what it rests on. Arithmetic only, however large the layer; any thread.
 #pragma once
 
 #include <cstdint>

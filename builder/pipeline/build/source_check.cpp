@@ -11,7 +11,8 @@
 namespace vt::pipeline {
 namespace {
 
-// Blocks of a tier that have a mark but no source under them, ascending: what sources that are gone have left behind.
+// Blocks of a tier that have a mark but no source under them, ascending: what sources that are gone have left
+// behind.
 Result<std::vector<std::int64_t>> abandoned_blocks(const BlockMarks& marks, const WorkMap& work, std::size_t tier) {
   std::vector<std::int64_t> found;
   for (std::int64_t index = 0; index < work.tiers()[tier].blocks(); ++index) {

@@ -1,5 +1,5 @@
-// What an update does before it builds: finds the blocks whose sources are not what they were built from, and marks them, and every block
-// above that depends on them, stale.
+// What an update does before it builds: finds the blocks whose sources are not what they were built from, and
+// marks them, and every block above that depends on them, stale.
 #pragma once
 
 #include <cstdint>
@@ -25,7 +25,8 @@ struct SourceCheck {
 [[nodiscard]] Result<void> mark_stale(store::StoreWriter& writer, const WorkMap& work, const BuiltLayer& layer,
                                       std::vector<std::int64_t> changed);
 
-// Blocks of a tier that are to be built, ascending, and the work that is done already, in texels of the tier's base.
+// Blocks of a tier that are to be built, ascending, and the work that is done already, in texels of the
+// tier's base.
 struct Pending {
   std::vector<std::int64_t> blocks;
   std::uint64_t texels = 0;

@@ -1,4 +1,5 @@
-// What is wrong with many files, told together: a person mends them in one go instead of finding the next after each run.
+// What is wrong with many files, told together: a person mends them in one go instead of finding the next
+// after each run.
 #pragma once
 
 #include <cstddef>
@@ -14,7 +15,8 @@ class ErrorList {
   explicit ErrorList(std::size_t files) : errors_(files) {}
   // The error of file number `i`; each by one thread. The message names the file.
   void set(std::size_t i, Error error) { errors_[i] = std::move(error); }
-  // Nothing, the only error as it is, or one message with all of them in order, cut short after kMostListed. Its code is the first's.
+  // Nothing, the only error as it is, or one message with all of them in order, cut short after kMostListed.
+  // Its code is the first's.
   [[nodiscard]] Result<void> result() const;
 
   static constexpr std::size_t kMostListed = 20;

@@ -34,8 +34,8 @@ Result<void> for_each_index(std::size_t count, int threads, const std::function<
       return tl::unexpected(error_of(problem));
     }
   };
-  // Numbers are handed out in order, so every smaller one has been begun when a step fails, and will be heard before the threads are
-  // joined.
+  // Numbers are handed out in order, so every smaller one has been begun when a step fails, and will be heard
+  // before the threads are joined.
   const auto work = [&] {
     for (std::size_t index = next++; index < count; index = next++) {
       auto result = guarded(index);

@@ -160,7 +160,8 @@ class CoveragePass {
 }  // namespace
 
 CoverageScale choose_coverage_scale(std::span<const std::uint64_t> histogram, double wanted_texels, double reference, int full) {
-  // A mean m, as a share, becomes a code above the reference when scale * m * full rounds to `first` at least.
+  // A mean m, as a share, becomes a code above the reference when scale * m * full rounds to `first` at
+  // least.
   const double needed = (first_code_above(reference, full) - 0.5) / full;
   const auto first_mean_above = [&](double scale) { return std::ceil(needed / scale * kFullMean); };
 
@@ -176,7 +177,8 @@ CoverageScale choose_coverage_scale(std::span<const std::uint64_t> histogram, do
     const double miss = std::abs(static_cast<double>(above) - wanted_texels);
     if (!(miss < best_miss)) continue;
     best_miss = miss;
-    // The threshold's mean is above and the next lower one is not: the scale that puts the reference half way between them.
+    // The threshold's mean is above and the next lower one is not: the scale that puts the reference half way
+    // between them.
     best = {.scale = needed * kFullMean / (static_cast<double>(threshold) - 0.5), .reached_texels = above};
   }
   return best;

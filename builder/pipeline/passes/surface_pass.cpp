@@ -10,8 +10,8 @@
 namespace vt::pipeline {
 namespace {
 
-// One tile of the finest level is compared at a time; a row of tiles looks into two of a coarser level, and steps from one column to the
-// next.
+// One tile of the finest level is compared at a time; a row of tiles looks into two of a coarser level, and
+// steps from one column to the next.
 std::size_t tiles_kept(const LayerInfo& layer, Level level) {
   constexpr std::int64_t kOfCoarserLevel = 4;
   const TexelRect tiles = layer.tile_rect(level);
@@ -24,7 +24,8 @@ class HeightRows {
   HeightRows(const store::StoreWriter& writer, const LayerInfo& layer, LayerId id, Level level)
       : writer_(writer), layer_(layer), id_(id), level_(level), most_kept_(tiles_kept(layer, level)) {}
 
-  // Heights x0 to x1 (inclusive) of row y; NaN where there are none. Inside the data, but x may count on past the edges of a closed layer.
+  // Heights x0 to x1 (inclusive) of row y; NaN where there are none. Inside the data, but x may count on past
+  // the edges of a closed layer.
   [[nodiscard]] Result<void> read(std::int64_t y, std::int64_t x0, std::int64_t x1, std::vector<double>& out) {
     const std::int64_t edge = layer_.tile_texels();
     const ComponentRange& range = layer_.components[0];
@@ -95,8 +96,8 @@ Place place_of(std::int64_t texel, int steps, bool is_point, std::int64_t first,
   return {lower, std::min(lower + 1, last), inside - static_cast<double>(lower)};
 }
 
-// The same among the columns of a closed layer, of which there are `count`, the finest level's `width` texels around the globe. Columns
-// count on past the edges; from the last to the first it may be less than a texel.
+// The same among the columns of a closed layer, of which there are `count`, the finest level's `width` texels
+// around the globe. Columns count on past the edges; from the last to the first it may be less than a texel.
 Place place_on_circle(std::int64_t texel, int steps, bool is_point, std::int64_t count, std::int64_t width) {
   const double at = texels_at(texel, steps, is_point);
   const auto last = static_cast<double>(count - 1);

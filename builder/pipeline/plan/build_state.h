@@ -7,7 +7,8 @@
 
 namespace vt::pipeline {
 
-// Between the checkpoints of an update: whether the layer was complete before. Older programs wrote nothing but true.
+// Between the checkpoints of an update: whether the layer was complete before. Older programs wrote nothing
+// but true.
 inline constexpr const char* kUpdating = "updating";
 // The build cannot come to its end with these data.
 inline constexpr const char* kFailed = "failed";

@@ -1,4 +1,5 @@
-// The finest level on its way into a cascade: the same for a build and for whoever makes tiles again to hold them beside it.
+// The finest level on its way into a cascade: the same for a build and for whoever makes tiles again to hold
+// them beside it.
 #pragma once
 
 #include <cstdint>
@@ -10,8 +11,8 @@
 
 namespace vt::pipeline {
 
-// Feeds the rows of `rect`, which `chunk` holds, and so all of their planes or areas of classes. Rows whose texels are bytes of the sources
-// are given to `sink` as such: it is a RowSink with
+// Feeds the rows of `rect`, which `chunk` holds, and so all of their planes or areas of classes. Rows whose
+// texels are bytes of the sources are given to `sink` as such: it is a RowSink with
 //   bool expect_texels(y)                          row y will come as texels, not as planes; said before its planes are sent on. False: no
 //   void texels(y, texels, planes, opaque)         those of the core, after what ending the row has sent on
 // `decode(y, planes)` is WrappedChunk::decode_row, with what the caller wants around it.

@@ -7,8 +7,8 @@
 
 namespace vt::pipeline {
 
-// The kernel that is asked for, or the channel's own. kUsage: it does not exist, or it would be wrong for what the numbers mean; the
-// message says why.
+// The kernel that is asked for, or the channel's own. kUsage: it does not exist, or it would be wrong for
+// what the numbers mean; the message says why.
 [[nodiscard]] Result<pyramid::HalvingKernel> choose_kernel(const LayerRequest& request);
 // Likewise for sources on another grid.
 [[nodiscard]] Result<resample::Method> choose_resampling(const LayerRequest& request);

@@ -59,7 +59,8 @@ bool writes_the_same(const channels::ChannelCodec& a, const channels::ChannelCod
          std::ranges::equal(a.parts(), b.parts(), is_same);
 }
 
-// What the codec adds to a layer whose place and size are known: the meaning of its numbers, and the parts beside it.
+// What the codec adds to a layer whose place and size are known: the meaning of its numbers, and the parts
+// beside it.
 void describe_parts(LayerPlan& plan) {
   for (const channels::Part& part : plan.codec->parts()) {
     LayerInfo info = plan.info;
@@ -76,7 +77,8 @@ void describe_parts(LayerPlan& plan) {
   plan.info = plan.parts.front();
 }
 
-// All of the layer but its place and size, and its format when the sources have a say in it. `first` is the first source's.
+// All of the layer but its place and size, and its format when the sources have a say in it. `first` is the
+// first source's.
 Result<LayerInfo> describe_layer(const LayerRequest& request, const channels::SampleLayout& first) {
   if (request.name.empty() || !store::is_plain_text(request.name))
     return fail(ErrorCode::kUsage, "a layer cannot be called \"" + request.name +
@@ -149,7 +151,8 @@ nlohmann::ordered_json part_in_settings(const channels::Part& part) {
   return json;
 }
 
-// The rules for what lies past the edges, as far as any tile of the layer depends on them. A rule that changes gets another name.
+// The rules for what lies past the edges, as far as any tile of the layer depends on them. A rule that
+// changes gets another name.
 nlohmann::ordered_json edge_rules_of(const LayerPlan& plan) {
   const pyramid::LayerShape shape = plan.shape();
   const int coarsest = plan.info.finest.value;
@@ -181,7 +184,8 @@ nlohmann::ordered_json settings_of(const LayerPlan& plan, const std::vector<Open
   if (request.range) settings["range"] = *request.range;
   if (plan.resampling != resample::Method::kBilinear) settings["resample"] = resample::method_name(plan.resampling);
   settings["sources"] = facts_of(sources, places);
-  // A layer that was begun by other rules of resampling counts as one of other sources: an update finds by their marks which blocks are.
+  // A layer that was begun by other rules of resampling counts as one of other sources: an update finds by
+  // their marks which blocks are.
   nlohmann::ordered_json& facts = settings["sources"];
   for (std::size_t i = 0; i < places.size(); ++i)
     if (!places[i].placed.front().is_aligned) (facts.is_array() ? facts[i] : facts)["resampling_rules"] = resample::kWarpRules;
@@ -262,7 +266,8 @@ Result<SourceBounds> find_bounds(const LayerRequest& request, const std::optiona
   ErrorList errors(sources.size());
   VT_CHECK(for_each_index(sources.size(), threads, [&](std::size_t i) -> Result<void> {
     auto bounds = bounds_in(crs, sources[i]);
-    // When a source reaches where the layer's CRS has no answer, as the whole Earth does for most, the layer's area is what can be seen.
+    // When a source reaches where the layer's CRS has no answer, as the whole Earth does for most, the
+    // layer's area is what can be seen.
     if (!bounds && request.area && reaches_into(found.all, crs, sources[i])) bounds = found.all;
     if (bounds) {
       found.own[i] = *bounds;
@@ -315,8 +320,8 @@ bool names_the_sources_of(const LayerRequest& request, const LayerInfo& layer) {
   return true;
 }
 
-// A layer that is there keeps its scale, whatever its sources are now. One that never came to its end is there for nobody but the command
-// that began it.
+// A layer that is there keeps its scale, whatever its sources are now. One that never came to its end is
+// there for nobody but the command that began it.
 Result<double> stored_light_of(const LayerRequest& request, const LayerInfo* stored, std::span<const SourcePlaces> places) {
   if (stored != nullptr && (was_ever_complete(*stored) || names_the_sources_of(request, *stored))) return stored->components[0].scale;
   return choose_stored_light(places);

@@ -1,4 +1,5 @@
-// From what a user asks for to what will be built: the layer's grid, its levels, its sources in their places. Nothing is written here.
+// From what a user asks for to what will be built: the layer's grid, its levels, its sources in their places.
+// Nothing is written here.
 #pragma once
 
 #include <filesystem>
@@ -26,7 +27,8 @@ namespace vt::pipeline {
 struct DatasetFrame {
   geo::Crs crs;
   std::optional<Area> area;
-  // The area of layers that are planned for the same new store: those after them lie over them, in the same turn round the globe.
+  // The area of layers that are planned for the same new store: those after them lie over them, in the same
+  // turn round the globe.
   std::optional<Area> planned = std::nullopt;
   std::map<std::string, LayerInfo> layers = {};  // its textures, by name
 };
@@ -53,7 +55,8 @@ struct LayerPlan {
   [[nodiscard]] pyramid::LayerShape shape() const { return {.data = info.data, .is_closed = is_closed}; }
 };
 
-// Areas of classes are counted in 1 / 2^area_exponent of a texel of the finest level: 0, unless texels may lie over many samples.
+// Areas of classes are counted in 1 / 2^area_exponent of a texel of the finest level: 0, unless texels may
+// lie over many samples.
 [[nodiscard]] int area_exponent(const LayerPlan& plan);
 
 struct PlanOptions {

@@ -49,7 +49,8 @@ class PlannedTiles::Sink final : public pyramid::RowSink {
     if (!added) status_ = add_texel_by_texel(y, rows, added.error());
   }
 
-  // See feed_rows(): bytes of the sources that are passed on keep what clear texels hold. They are those of the first part.
+  // See feed_rows(): bytes of the sources that are passed on keep what clear texels hold. They are those of
+  // the first part.
   bool expect_texels(std::int64_t y) {
     const bool is_first_part = part_ == 0;
     comes_as_texels_[static_cast<std::size_t>(y - core_.y)] = is_first_part;
@@ -79,7 +80,8 @@ class PlannedTiles::Sink final : public pyramid::RowSink {
   }
 
  private:
-  // A row that does not fit as a whole. Only formats of codes and floats refuse values, and there a texel needs no neighbours to be stored.
+  // A row that does not fit as a whole. Only formats of codes and floats refuse values, and there a texel
+  // needs no neighbours to be stored.
   Result<void> add_texel_by_texel(std::int64_t y, const channels::RowNeighbourhood& rows, const Error& refusal) {
     const channels::Part& part = plan_.codec->parts()[part_];
     if (refusal.code != ErrorCode::kInvalidData || part.format != part.texel_format) return tl::unexpected(refusal);

@@ -22,7 +22,8 @@ std::size_t SourceLoad::chunk_bytes(std::int64_t width, const channels::ChannelC
   std::size_t bytes = texels * texel_bytes;
   if (has_planes) bytes += (texels + static_cast<std::size_t>(width)) * texel_planes;
   if (!has_warped) return bytes;
-  // Each texel has its centre and a corner in the source, samples per texel and the way it is made; of each column what it is made of.
+  // Each texel has its centre and a corner in the source, samples per texel and the way it is made; of each
+  // column what it is made of.
   bytes += texels * (2 * sizeof(Point2) + sizeof(float) + 1) + static_cast<std::size_t>(width) * (texel_planes + 2 * sizeof(std::uint64_t));
   const auto samples = static_cast<std::size_t>(std::max(resample::kMostWindowSamples, longest_footprint));
   bytes += samples * (texel_bytes + texel_planes + 1);

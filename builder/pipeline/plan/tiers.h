@@ -1,4 +1,5 @@
-// How the work on a layer is cut: passes over the pyramid, and blocks in each pass. Arithmetic only; any thread.
+// How the work on a layer is cut: passes over the pyramid, and blocks in each pass. Arithmetic only; any
+// thread.
 #pragma once
 
 #include <cstdint>
@@ -12,8 +13,8 @@ namespace vt::pipeline {
 // Rows of the finest level that are read and decoded at once; they stay in the second-level cache.
 inline constexpr std::int64_t kChunkRows = 32;
 
-// One pass over the pyramid: blocks of the base level, each filtered through `outputs` levels, and the level above them kept as carry for
-// the next tier.
+// One pass over the pyramid: blocks of the base level, each filtered through `outputs` levels, and the level
+// above them kept as carry for the next tier.
 struct Tier {
   Level base;
   int outputs = 1;

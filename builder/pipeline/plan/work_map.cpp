@@ -24,9 +24,9 @@ WorkMap::WorkMap(const LayerPlan& plan, int block_levels) : plan_(plan), tiers_(
   }
 }
 
-// At least as many texels of a tier's base as its blocks see past the seam of a closed layer. A column past the edge lies between two and
-// widths may be odd, so each level asks for up to two more than its apron, and the next finer one for twice as many: for less than two
-// texels of the level above the tier.
+// At least as many texels of a tier's base as its blocks see past the seam of a closed layer. A column past
+// the edge lies between two and widths may be odd, so each level asks for up to two more than its apron, and
+// the next finer one for twice as many: for less than two texels of the level above the tier.
 std::int64_t WorkMap::seam_apron(std::size_t tier) const {
   return aprons_[tier] + 2 * (tiers_[tier].block_texels >> plan_.info.tile_exponent) + 2;
 }
@@ -68,7 +68,8 @@ std::vector<std::int64_t> WorkMap::touched(std::size_t tier) const {
   return found;
 }
 
-// A block's apron reaches farther than that of the finer blocks inside it, so nothing is lost by looking only under touched blocks.
+// A block's apron reaches farther than that of the finer blocks inside it, so nothing is lost by looking only
+// under touched blocks.
 void WorkMap::collect(std::size_t tier, const TexelRect& blocks, std::size_t wanted, std::vector<std::int64_t>& out) const {
   for (std::int64_t row = blocks.y; row < blocks.bottom(); ++row)
     for (std::int64_t column = blocks.x; column < blocks.right(); ++column) {

@@ -1,5 +1,6 @@
-// Which blocks of a plan there is anything to do for, and which blocks of the next tier depend on them. A dataset may be a few islands in a
-// million by a million texels: what is found here is in proportion to the data, not to the grid. Immutable after construction; any thread.
+// Which blocks of a plan there is anything to do for, and which blocks of the next tier depend on them. A
+// dataset may be a few islands in a million by a million texels: what is found here is in proportion to the
+// data, not to the grid. Immutable after construction; any thread.
 #pragma once
 
 #include <cstdint>
@@ -18,9 +19,11 @@ class WorkMap {
   [[nodiscard]] const std::vector<Tier>& tiers() const { return tiers_; }
   // The block's levels, as it filters them.
   [[nodiscard]] std::vector<pyramid::BlockLevel> plan_block(std::size_t tier, std::int64_t index) const;
-  // The block's texels and its apron, on the tier's base level: inside the data, but columns of a closed layer may count on past the edges.
+  // The block's texels and its apron, on the tier's base level: inside the data, but columns of a closed
+  // layer may count on past the edges.
   [[nodiscard]] TexelRect active(std::size_t tier, std::int64_t index) const;
-  // Some source may have data under the block or its apron. Blocks that are not touched have no tiles and no carry.
+  // Some source may have data under the block or its apron. Blocks that are not touched have no tiles and no
+  // carry.
   [[nodiscard]] bool is_touched(std::size_t tier, std::int64_t index) const;
   // All of them, ascending.
   [[nodiscard]] std::vector<std::int64_t> touched(std::size_t tier) const;

@@ -15,9 +15,10 @@ namespace {
 
 constexpr std::size_t kMostListBytes = std::size_t{64} << 20;  // longer than any list of files that a machine can open
 
-// Whether a file of a folder is meant: a raster, or one that should be one. World files, pyramids and other companions lie beside rasters.
-// Rasters of formats that are not read would be holes in a mosaic if they were left out without a word: they are taken along where their
-// content is what their name says, and refused by name when they are opened.
+// Whether a file of a folder is meant: a raster, or one that should be one. World files, pyramids and other
+// companions lie beside rasters. Rasters of formats that are not read would be holes in a mosaic if they were
+// left out without a word: they are taken along where their content is what their name says, and refused by
+// name when they are opened.
 bool is_raster(const std::filesystem::path& path) {
   bool may_be = false;
   for (const source::RasterFormat& format : source::raster_formats()) {

@@ -1,4 +1,5 @@
-// What a user asks for: one layer, its sources and its settings. Plain values, as the command line or a scene description give them.
+// What a user asks for: one layer, its sources and its settings. Plain values, as the command line or a scene
+// description give them.
 #pragma once
 
 #include <array>
@@ -73,7 +74,8 @@ struct LayerRequest {
   std::optional<ExpectedSamples> expected;     // for a plan without sources
 };
 
-// kUsage: the range does not go upwards. Stores that were built before this was refused are updated all the same.
+// kUsage: the range does not go upwards. Stores that were built before this was refused are updated all the
+// same.
 [[nodiscard]] Result<void> check_range(const LayerRequest& request);
 
 }  // namespace vt::pipeline

@@ -145,8 +145,8 @@ Result<LayerRequest> layer_from_json(const json& value, const std::string& where
   layer.name = value.at("name").get<std::string>();
   const channels::ChannelKind* const channel = channels::find_channel(value.at("channel").get<std::string>());
   if (channel == nullptr)
-    return fail(ErrorCode::kInvalidData, where + "/channel: unknown channel '" + value.at("channel").get<std::string>() +
-                                             "'; known are " + channels::channel_names());
+    return fail(ErrorCode::kInvalidData, where + "/channel: unknown channel '" + value.at("channel").get<std::string>() + "'; known are " +
+                                             channels::channel_names());
   layer.channel = channel->type;
   if (value.contains("crs")) {
     VT_ASSIGN(layer.crs, crs_from(value["crs"].get<std::string>(), where + "/crs"));

@@ -1,4 +1,5 @@
-// SCENE.json: the description of a whole dataset. Read, checked against schemas/dataset.schema.json, and turned into layer requests.
+// SCENE.json: the description of a whole dataset. Read, checked against schemas/dataset.schema.json, and
+// turned into layer requests.
 #pragma once
 
 #include <filesystem>
@@ -19,8 +20,8 @@ struct Scene {
   std::vector<LayerRequest> asked;   // the same as they stand in the file, see expand_request.h; paths are relative to the file
 };
 
-// Paths in the file are relative to the file. kIo when it cannot be read; kInvalidData names the JSON path, what was found and what is
-// wanted.
+// Paths in the file are relative to the file. kIo when it cannot be read; kInvalidData names the JSON path,
+// what was found and what is wanted.
 [[nodiscard]] Result<Scene> read_scene(const std::filesystem::path& path);
 
 }  // namespace vt::pipeline

@@ -85,7 +85,8 @@ Result<Bands> choose_bands(const LayerRequest& request, const OpenSource& source
   }
   if (!is_chosen) {
     const int wanted = kind.bands_wanted(static_cast<int>(candidates.size()));
-    // Several bands of equal right, as the three of a picture, are no height, class or radiance: one of them has to be chosen.
+    // Several bands of equal right, as the three of a picture, are no height, class or radiance: one of them
+    // has to be chosen.
     if (kind.has_one_value && static_cast<int>(candidates.size()) > wanted)
       return fail(ErrorCode::kInvalidData, source.request.path.string() + ": has " + std::to_string(candidates.size()) +
                                                " bands of values, and " + channels::channel_name(request.channel) +
@@ -128,7 +129,8 @@ std::optional<double> other_full_scale(const RasterInfo& info, int band) {
   return full == full_scale(info.sample_type) ? std::nullopt : std::optional(full);
 }
 
-// What the file declares of the numbers in `bands`, which have to agree: a layer has one scale, offset and unit.
+// What the file declares of the numbers in `bands`, which have to agree: a layer has one scale, offset and
+// unit.
 Result<void> choose_numbers(const OpenSource& source, const std::vector<int>& bands, channels::SampleLayout& layout) {
   const RasterInfo& info = source.raster->info();
   const BandMeaning& first = meaning_of(info, bands.front());

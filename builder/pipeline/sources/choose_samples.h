@@ -1,5 +1,5 @@
-// Which samples of a source a layer reads, and what they mean to it: bands, coverage, no-data values, full scales, scale and unit. What the
-// user says goes before what the file says. Nothing is read; any thread.
+// Which samples of a source a layer reads, and what they mean to it: bands, coverage, no-data values, full
+// scales, scale and unit. What the user says goes before what the file says. Nothing is read; any thread.
 #pragma once
 
 #include <vector>

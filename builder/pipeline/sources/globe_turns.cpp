@@ -9,7 +9,8 @@
 namespace vt::pipeline {
 namespace {
 
-// A turn is no whole number of any unit in floating point; edges that are meant to meet miss each other by less than this part of it.
+// A turn is no whole number of any unit in floating point; edges that are meant to meet miss each other by
+// less than this part of it.
 constexpr double kRounding = 1e-12;
 
 constexpr double kMostTurns = 8.0;      // between what lies within 540 degrees and a store's area that does not
@@ -44,7 +45,8 @@ std::vector<int> gathering_turns(std::span<const Bounds> boxes, const Bounds& al
   std::vector<int> turns(boxes.size(), 0);
   const Gap gap = longest_gap(boxes, turn);
   if (!(turn - gap.length < (all.east - all.west) / 2)) return turns;
-  // From the place where the gap ends, counted from half a turn before zero: 170 to 190 degrees, not -190 to -170.
+  // From the place where the gap ends, counted from half a turn before zero: 170 to 190 degrees, not -190 to
+  // -170.
   const double west = gap.end - turn * std::floor(gap.end / turn + 0.5);
   for (std::size_t i = 0; i < boxes.size(); ++i) turns[i] = -static_cast<int>(std::floor((boxes[i].west - west) / turn + kRounding));
   return turns;

@@ -1,5 +1,6 @@
-// Longitude is a circle: where coordinates come again after a whole turn (geo::Crs::turn), these say by how many turns an area or a source
-// is moved so that it lies with what it belongs to. Arithmetic only; any thread.
+// Longitude is a circle: where coordinates come again after a whole turn (geo::Crs::turn), these say by how
+// many turns an area or a source is moved so that it lies with what it belongs to. Arithmetic only; any
+// thread.
 #pragma once
 
 #include <optional>
@@ -16,8 +17,8 @@ namespace vt::pipeline {
 
 [[nodiscard]] std::string area_text(const Area& area);
 
-// The rectangle that a user means: one whose west is greater than its east lies across the antimeridian. kUsage: `area` is no rectangle, or
-// none on the Earth in degrees.
+// The rectangle that a user means: one whose west is greater than its east lies across the antimeridian.
+// kUsage: `area` is no rectangle, or none on the Earth in degrees.
 [[nodiscard]] Result<Bounds> bounds_of(const Area& area, const geo::Crs& crs);
 [[nodiscard]] Result<Area> normalised(const Area& area, const geo::Crs& crs);
 
@@ -32,9 +33,10 @@ struct Gathering {
   std::vector<int> turns;  // by which each source is moved to the east
   Bounds bounds;           // of the layer
 };
-// Sources stay where they say they lie, with two exceptions. Sources on both sides of the antimeridian come together when that makes the
-// layer less than half as wide. And in a store that has an area, a layer outside it comes inside, and what sticks out on one side comes in
-// on the other: then the layer ends at the store's edges.
+// Sources stay where they say they lie, with two exceptions. Sources on both sides of the antimeridian come
+// together when that makes the layer less than half as wide. And in a store that has an area, a layer outside
+// it comes inside, and what sticks out on one side comes in on the other: then the layer ends at the store's
+// edges.
 [[nodiscard]] Gathering gathered(std::span<const Bounds> boxes, double turn, const std::optional<Bounds>& store_area);
 
 }  // namespace vt::pipeline

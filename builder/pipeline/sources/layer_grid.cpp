@@ -21,8 +21,8 @@ Result<Point2> native_step(const geo::Crs& crs, const OpenSource& source) {
   return Point2{std::hypot(east.x - here.x, south.x - here.x), std::hypot(east.y - here.y, south.y - here.y)};
 }
 
-// A ground sample distance in CRS units: metres of the grid where the CRS is projected (a UTM image "of 0.5 m" has texels of 0.5 grid
-// metres), metres on the ground at the centre where it is in degrees.
+// A ground sample distance in CRS units: metres of the grid where the CRS is projected (a UTM image "of 0.5
+// m" has texels of 0.5 grid metres), metres on the ground at the centre where it is in degrees.
 Result<Point2> step_of_gsd(const geo::Crs& crs, double gsd_m, const Bounds& bounds) {
   if (!(gsd_m > 0.0) || !std::isfinite(gsd_m)) return fail(ErrorCode::kUsage, "the ground sample distance must be greater than 0 metres");
   switch (crs.kind()) {
@@ -83,7 +83,8 @@ void Bounds::add(const Bounds& other) {
   add(Point2{other.east, other.north});
 }
 
-// Edges may bulge when reprojected, so they are followed in small steps: 32 samples of a small raster, 1/64 of the edge of a large one.
+// Edges may bulge when reprojected, so they are followed in small steps: 32 samples of a small raster, 1/64
+// of the edge of a large one.
 Result<Bounds> bounds_in(const geo::Crs& crs, const OpenSource& source) {
   const RasterInfo& info = source.raster->info();
   const geo::GeoTransform& transform = source.transform;

@@ -17,13 +17,13 @@ namespace {
 
 using source::RasterInfo;
 
-// Parts of a file are enough to tell it from another, or from itself before an edit that moved anything: a file is read whole only to be
-// built.
+// Parts of a file are enough to tell it from another, or from itself before an edit that moved anything: a
+// file is read whole only to be built.
 constexpr std::uintmax_t kFingerprintPieces = 16;
 constexpr std::size_t kFingerprintPieceBytes = std::size_t{4} << 10;
 
-// Hash of the file's length and of evenly spaced pieces, the first and the last bytes among them; of all of it when it is small. Content,
-// not clocks: a copied file is the same source.
+// Hash of the file's length and of evenly spaced pieces, the first and the last bytes among them; of all of
+// it when it is small. Content, not clocks: a copied file is the same source.
 Result<std::string> content_fingerprint(const std::filesystem::path& path) {
   std::ifstream file(path, std::ios::binary | std::ios::ate);
   const std::streamoff length = file.tellg();

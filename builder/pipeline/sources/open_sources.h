@@ -1,4 +1,5 @@
-// The files behind a layer, opened and known: what they hold, where they say they lie, which content they have.
+// The files behind a layer, opened and known: what they hold, where they say they lie, which content they
+// have.
 #pragma once
 
 #include <memory>
@@ -31,7 +32,8 @@ struct SharedReading {
   std::shared_ptr<source::ScratchFile> scratch;  // null: none
 };
 
-// Those of a layer, in order, on `threads` threads. Errors name the file and say which option helps; of several, all in one, see ErrorList.
+// Those of a layer, in order, on `threads` threads. Errors name the file and say which option helps; of
+// several, all in one, see ErrorList.
 [[nodiscard]] Result<std::vector<OpenSource>> open_sources(const LayerRequest& layer, const SharedReading& shared, int threads);
 
 }  // namespace vt::pipeline

@@ -23,7 +23,8 @@ struct Geometry {
   Bounds bounds;  // in the layer's CRS
 };
 
-// Where the raster's first sample lies in texels of the grid, when its samples are as large as texels all over it.
+// Where the raster's first sample lies in texels of the grid, when its samples are as large as texels all
+// over it.
 std::optional<Point2> offset_in_texels(const GridPlacement& grid, const RasterInfo& info, const geo::GeoTransform& transform) {
   const auto width = static_cast<double>(info.width);
   const auto height = static_cast<double>(info.height);
@@ -40,8 +41,8 @@ bool is_on_grid(const Point2& offset) {
   return std::abs(offset.x - std::round(offset.x)) <= kGridTolerance && std::abs(offset.y - std::round(offset.y)) <= kGridTolerance;
 }
 
-// The whole number of texels by which nearest-neighbour resampling moves a source that misses the grid: the centre of texel i falls into
-// sample i - offset rounded up from the half.
+// The whole number of texels by which nearest-neighbour resampling moves a source that misses the grid: the
+// centre of texel i falls into sample i - offset rounded up from the half.
 std::int64_t snapped(double offset) { return static_cast<std::int64_t>(std::ceil(offset - 0.5)); }
 
 // Puts the raster on the layer's grid, `turns` times round the globe to the east of where it says it lies.
@@ -83,7 +84,8 @@ Bounds bounds_of_layer(const LayerInfo& layer) {
           .north = layer.grid.origin_y};
 }
 
-// The longitudes of the layer in degrees, those at its edges and between; all of a turn where its CRS has no answer.
+// The longitudes of the layer in degrees, those at its edges and between; all of a turn where its CRS has no
+// answer.
 Bounds longitudes_of(const Bounds& layer, const geo::Crs& crs) {
   constexpr int kSteps = 32;
   if (crs.kind() == geo::CrsKind::kPixel) return {};
@@ -114,7 +116,8 @@ std::optional<std::int64_t> columns_of_a_turn(const OpenSource& source) {
   return static_cast<std::int64_t>(whole);
 }
 
-// The raster that goes on and on, as much of it as the layer's longitudes can see and half a turn more on both sides.
+// The raster that goes on and on, as much of it as the layer's longitudes can see and half a turn more on
+// both sides.
 Geometry endless(const OpenSource& source, std::int64_t columns, const LayerGround& ground, const Bounds& bounds) {
   const double units_per_degree = *source.crs.turn() / 360.0;
   const auto column_of = [&](double longitude_deg) {
@@ -135,7 +138,8 @@ Geometry endless(const OpenSource& source, std::int64_t columns, const LayerGrou
   return geometry;
 }
 
-// Whether texels of the layer lie so near the raster's eastern and western edge that samples on both sides of it matter to them.
+// Whether texels of the layer lie so near the raster's eastern and western edge that samples on both sides of
+// it matter to them.
 bool sees_the_seam(const OpenSource& source, const LayerGround& ground) {
   constexpr double kReach = 64.0;  // samples or texels, whichever are larger: more than any footprint reaches
   const double degrees_per_unit = 360.0 / *source.crs.turn();
@@ -187,7 +191,8 @@ SourcePlaces place_source(const ChosenSamples& samples, resample::Method resampl
     resample::PlacedSource placed = unplaced;
     lay(itself, turns, resampling, ground, placed);
     if (placed.covered.empty()) continue;
-    // In a layer of more than one turn a source can only repeat itself where it is already: its own place counts.
+    // In a layer of more than one turn a source can only repeat itself where it is already: its own place
+    // counts.
     const bool adds = std::ranges::none_of(places.placed, [&](const resample::PlacedSource& there) {
       return ground.crs.turn() && intersect(there.covered, placed.covered) == placed.covered;
     });

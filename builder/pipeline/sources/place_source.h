@@ -1,4 +1,5 @@
-// Puts an opened source into a layer: how its samples enter filter space, and where they lie on the layer's grid.
+// Puts an opened source into a layer: how its samples enter filter space, and where they lie on the layer's
+// grid.
 #pragma once
 
 #include <cstdint>
@@ -16,7 +17,8 @@
 
 namespace vt::pipeline {
 
-// The codecs of one layer. Sources of one sample layout share one: some hold tables, and a mosaic has thousands of sources. For one thread.
+// The codecs of one layer. Sources of one sample layout share one: some hold tables, and a mosaic has
+// thousands of sources. For one thread.
 class CodecShelf {
  public:
   // `settings` of the layer, the same in every call. Errors as channels::make_codec.
@@ -29,7 +31,8 @@ class CodecShelf {
 
 // Where one source lies in a layer.
 struct SourcePlaces {
-  // At least one; several where longitude brings the source into the layer more than once. The first is empty when the source lies outside.
+  // At least one; several where longitude brings the source into the layer more than once. The first is empty
+  // when the source lies outside.
   std::vector<resample::PlacedSource> placed;
   std::vector<int> turns;        // of each, round the globe to the east
   std::int64_t comes_again = 0;  // columns after which the source comes again, when it is read as one that goes round and round; else 0
@@ -50,7 +53,8 @@ struct LayerGround {
 [[nodiscard]] SourcePlaces place_source(const ChosenSamples& samples, resample::Method resampling, const LayerGround& ground,
                                         const OpenSource& source, const Bounds& bounds);
 
-// Whether any place of `area`, in the CRS of a layer, lies in the source: for sources that reach where that CRS has no answer.
+// Whether any place of `area`, in the CRS of a layer, lies in the source: for sources that reach where that
+// CRS has no answer.
 [[nodiscard]] bool reaches_into(const Bounds& area, const geo::Crs& crs, const OpenSource& source);
 
 }  // namespace vt::pipeline

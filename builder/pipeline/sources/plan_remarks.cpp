@@ -57,7 +57,8 @@ void remark_on_numbers(const LayerRequest& request, const OpenSource& source, co
   }
 }
 
-// "bands 1, 2 and 3 of 6 are taken, ...": where nobody, neither user nor file, has said that the first bands are the ones that are meant.
+// "bands 1, 2 and 3 of 6 are taken, ...": where nobody, neither user nor file, has said that the first bands
+// are the ones that are meant.
 std::string bands_taken(const OpenSource& source, const resample::PlacedSource& placed) {
   const source::RasterInfo& info = source.raster->info();
   const auto values = std::span(placed.bands).first(static_cast<std::size_t>(placed.layout.value_bands));

@@ -26,7 +26,8 @@ class Remarks {
   std::vector<std::string> texts_;
 };
 
-// A remark that is the same for every file that it is about: said once, with the first file's name and how many more there are.
+// A remark that is the same for every file that it is about: said once, with the first file's name and how
+// many more there are.
 class SharedRemarks {
  public:
   // `text` goes on after the names: "holds ...".
@@ -42,8 +43,9 @@ class SharedRemarks {
   std::vector<Files> remarks_;  // in the order of their first files
 };
 
-// What should be known about sources before a long build: which are left out, moved, resampled, or may come out dark; what the files
-// declare of their numbers and how that is taken, and what they hold that is not used.
+// What should be known about sources before a long build: which are left out, moved, resampled, or may come
+// out dark; what the files declare of their numbers and how that is taken, and what they hold that is not
+// used.
 void remark_on(const LayerRequest& request, const geo::Crs& crs, const std::vector<OpenSource>& sources,
                const std::vector<SourcePlaces>& places, std::vector<std::string>& warnings);
 

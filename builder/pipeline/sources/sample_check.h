@@ -8,8 +8,8 @@
 
 namespace vt::pipeline {
 
-// Asks the channel, see ChannelKind::check_samples. kInvalidData: the numbers of a source are not the channel's. Otherwise the errors of
-// reading.
+// Asks the channel, see ChannelKind::check_samples. kInvalidData: the numbers of a source are not the
+// channel's. Otherwise the errors of reading.
 [[nodiscard]] Result<void> check_samples(const LayerRequest& request, std::span<const SourcePlaces> sources);
 
 }  // namespace vt::pipeline

@@ -1,5 +1,5 @@
-// Some windows of a layer's sources, for what has to be known before anything is built: up to 64 of 64 x 64 samples, evenly spread over the
-// sources and over each of them. The same sources give the same windows.
+// Some windows of a layer's sources, for what has to be known before anything is built: up to 64 of 64 x 64
+// samples, evenly spread over the sources and over each of them. The same sources give the same windows.
 #pragma once
 
 #include <functional>

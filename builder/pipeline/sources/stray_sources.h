@@ -1,5 +1,5 @@
-// Files that do not seem to belong to a mosaic: one that lies far from all others or counts in another unit makes a layer that is empty
-// but for a few texels, or too large for any store. Arithmetic only; any thread.
+// Files that do not seem to belong to a mosaic: one that lies far from all others or counts in another unit
+// makes a layer that is empty but for a few texels, or too large for any store. Arithmetic only; any thread.
 #pragma once
 
 #include <string>
@@ -23,9 +23,9 @@ class Strays {
   std::vector<std::string> texts_;  // in the order of the sources
 };
 
-// `bounds` of the sources in the layer's CRS, one by one. A source strays when its centre is more than a hundred times as far from the
-// others' as they are large or scattered, or its samples are a thousand times as large or as small; medians say what the others are. Of two
-// sources the second one is told.
+// `bounds` of the sources in the layer's CRS, one by one. A source strays when its centre is more than a
+// hundred times as far from the others' as they are large or scattered, or its samples are a thousand times
+// as large or as small; medians say what the others are. Of two sources the second one is told.
 [[nodiscard]] Strays find_strays(const geo::Crs& crs, const std::vector<OpenSource>& sources, const std::vector<Bounds>& bounds);
 
 }  // namespace vt::pipeline

@@ -13,7 +13,8 @@ bool may_lack_data(const channels::SampleLayout& layout) {
   return may_be_nan || layout.has_alpha || layout.nodata.has_value();
 }
 
-// Indices i of cells of a grid whose centres, `first` + (i + 1/2) `step`, lie from `low` to `high`, as [begin, end).
+// Indices i of cells of a grid whose centres, `first` + (i + 1/2) `step`, lie from `low` to `high`, as
+// [begin, end).
 struct Span {
   std::int64_t begin;
   std::int64_t end;
@@ -24,8 +25,8 @@ Span cells_inside(double first, double step, double low, double high) {
           static_cast<std::int64_t>(std::floor((high - first) / step - 0.5 - kMargin)) + 1};
 }
 
-// Texels, from the corner of the data rectangle, that a source on a grid of its own gives data to: those whose centres lie in the raster.
-// The source lies `moved_x` east of where it says.
+// Texels, from the corner of the data rectangle, that a source on a grid of its own gives data to: those
+// whose centres lie in the raster. The source lies `moved_x` east of where it says.
 TexelRect texels_with_centres_in(const LayerInfo& layer, const OpenSource& source, double moved_x) {
   const geo::GeoTransform& transform = source.transform;
   const double west = transform.x0 + moved_x;

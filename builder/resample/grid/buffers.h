@@ -6,7 +6,8 @@
 
 namespace vt::resample {
 
-// As resize(), but a buffer that grows takes what is asked for and not twice as much, and what was in it is not copied.
+// As resize(), but a buffer that grows takes what is asked for and not twice as much, and what was in it is
+// not copied.
 template <class T>
 void refit(std::vector<T>& buffer, std::size_t count) {
   if (buffer.capacity() < count) {

@@ -144,7 +144,8 @@ void QuadCoverage::row(std::int64_t row, CoveredRun& run) const {
     const double y0 = std::max(edge.y0, top);
     const double y1 = std::min(edge.y1, top + 1.0);
     if (!(y0 < y1)) continue;
-    // Where the edge ends in this row its own end is taken, so that what the two edges of a corner make of it is the same.
+    // Where the edge ends in this row its own end is taken, so that what the two edges of a corner make of it
+    // is the same.
     const double xa = y0 == edge.y0 ? edge.x0 : edge.x0 + edge.slope * (y0 - edge.y0);
     const double xb = y1 == edge.y1 ? edge.x1 : edge.x0 + edge.slope * (y1 - edge.y0);
     const double low = std::min(xa, xb);

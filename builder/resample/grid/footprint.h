@@ -1,5 +1,6 @@
-// What lies under a texel: which samples of a source, and how much of each. A sample is the unit square of its column and row; footprints
-// are measured in samples. Private to this folder. Pure geometry in double, any thread.
+// What lies under a texel: which samples of a source, and how much of each. A sample is the unit square of
+// its column and row; footprints are measured in samples. Private to this folder. Pure geometry in double,
+// any thread.
 #pragma once
 
 #include <array>
@@ -10,8 +11,8 @@
 
 namespace vt::resample {
 
-// A part of a sample below this does not make the sample's value one of the least or greatest: the edges of grids that are the same by
-// design meet to about as much (GridWarp::kSameGrid).
+// A part of a sample below this does not make the sample's value one of the least or greatest: the edges of
+// grids that are the same by design meet to about as much (GridWarp::kSameGrid).
 inline constexpr double kLeastTouch = 1e-4;
 
 // Samples of one row or column and how much of each, 0 to 1.
@@ -34,11 +35,13 @@ void clip(CoveredRun& run, std::int64_t first, std::int64_t end);
 // The larger covered part of each sample that lies in either run.
 [[nodiscard]] CoveredRun united(const CoveredRun& a, const CoveredRun& b);
 
-// The weights with which a value of a surface at `centre` is made of samples between `first` and `end`, along one axis: over `width`
-// samples, at least one. They are those of an interval of n samples and one of n + 1, n the whole part of the width, mixed so that their
-// sum is the width. An interval of a whole number of samples holds every part of a sample equally often wherever it lies, so a ramp stays a
-// ramp at any width; one sample is linear interpolation; a whole number is the mean of so many samples. Near an end the interval is
-// narrowed, so that it stays symmetric about its centre; what still sticks out (of one sample) is cut off, which repeats the last sample.
+// The weights with which a value of a surface at `centre` is made of samples between `first` and `end`, along
+// one axis: over `width` samples, at least one. They are those of an interval of n samples and one of n + 1,
+// n the whole part of the width, mixed so that their sum is the width. An interval of a whole number of
+// samples holds every part of a sample equally often wherever it lies, so a ramp stays a ramp at any width;
+// one sample is linear interpolation; a whole number is the mean of so many samples. Near an end the interval
+// is narrowed, so that it stays symmetric about its centre; what still sticks out (of one sample) is cut off,
+// which repeats the last sample.
 [[nodiscard]] CoveredRun surface_run(double centre, double width, std::int64_t first, std::int64_t end);
 
 // A quadrilateral; neighbours among its corners follow each other.
@@ -59,9 +62,9 @@ struct Quad {
 // The unit square around `centre`, whose sides run along the samples'.
 [[nodiscard]] Quad one_sample_around(const Point2& centre);
 
-// Exactly how much of each sample a convex quadrilateral covers, row by row: the sum over its edges, east ones less west ones, of the
-// area of the sample that lies west of the edge, within the heights at which the edge is. Of an edge x(y) from x0 to x1 over a height h the
-// area west of it and of x is a quadratic in x.
+// Exactly how much of each sample a convex quadrilateral covers, row by row: the sum over its edges, east
+// ones less west ones, of the area of the sample that lies west of the edge, within the heights at which the
+// edge is. Of an edge x(y) from x0 to x1 over a height h the area west of it and of x is a quadratic in x.
 class QuadCoverage {
  public:
   explicit QuadCoverage(const Quad& quad);

@@ -1,4 +1,5 @@
-// Sources of one grid, at their place among the grids of a layer. Private to this folder. Immutable once made; any thread.
+// Sources of one grid, at their place among the grids of a layer. Private to this folder. Immutable once
+// made; any thread.
 #pragma once
 
 #include <memory>

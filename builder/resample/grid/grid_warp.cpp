@@ -127,8 +127,9 @@ GridWarp::Cell GridWarp::cell_at(const TexelRect& texels) const {
   return cell;
 }
 
-// The leading errors are those of the third derivatives along either axis, each of them greatest near a quarter of the cell, odd about its
-// middle. Of places a quarter from two edges one has both with the same sign. NaN compares false: such a cell is cut.
+// The leading errors are those of the third derivatives along either axis, each of them greatest near a
+// quarter of the cell, odd about its middle. Of places a quarter from two edges one has both with the same
+// sign. NaN compares false: such a cell is cut.
 bool GridWarp::is_believed(const Cell& cell, double tolerance) const {
   for (const double v : {0.25, 0.75})
     for (const double u : {0.25, 0.75}) {
@@ -193,7 +194,8 @@ double GridWarp::most_samples_per_texel(const TexelRect& rect) const {
     for (int column = 0; column < kPlaces; ++column) {
       const double x = static_cast<double>(rect.x) + static_cast<double>(rect.width) * column / (kPlaces - 1);
       const double y = static_cast<double>(rect.y) + static_cast<double>(rect.height) * row / (kPlaces - 1);
-      // The shorter of the steps to both sides: the other one may lead over the line at which longitudes jump.
+      // The shorter of the steps to both sides: the other one may lead over the line at which longitudes
+      // jump.
       const Point2 here = exact({x, y});
       const auto step = [&](double dx, double dy) {
         return greatest_stretch(difference(exact({x + dx, y}), here), difference(exact({x, y + dy}), here));

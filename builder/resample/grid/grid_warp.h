@@ -1,10 +1,12 @@
 // Where the texels of a layer's grid fall in a source raster, and how many samples lie under one.
 //
-// Exact (through the projections) at 3 x 3 nodes of cells that are fixed to the layer's grid, biquadratic between them. A cell is believed
-// when four places inside it, where the error of a smooth map is largest, lie within kTolerance of the exact map; otherwise it is cut into
-// four, and every point of a cell of kLeastCell texels that is still not believed is exact. So the answer does not depend on how work is
-// cut into blocks. (A test in the middle of a cell says nothing between two conformal systems: both coordinates are harmonic there, and the
-// error of a bilinear cell in its middle, f_xx + f_yy, vanishes whatever it is at the edges.) Immutable; any thread.
+// Exact (through the projections) at 3 x 3 nodes of cells that are fixed to the layer's grid, biquadratic
+// between them. A cell is believed when four places inside it, where the error of a smooth map is largest,
+// lie within kTolerance of the exact map; otherwise it is cut into four, and every point of a cell of
+// kLeastCell texels that is still not believed is exact. So the answer does not depend on how work is cut
+// into blocks. (A test in the middle of a cell says nothing between two conformal systems: both coordinates
+// are harmonic there, and the error of a bilinear cell in its middle, f_xx + f_yy, vanishes whatever it is at
+// the edges.) Immutable; any thread.
 #pragma once
 
 #include <array>
@@ -31,29 +33,34 @@ class GridWarp {
   // Texels on which the map is equally coarse.
   struct Patch {
     TexelRect texels;
-    // The greatest singular value of the map's derivative: over so many samples at most leads a step of one texel. 0: no answer.
+    // The greatest singular value of the map's derivative: over so many samples at most leads a step of one
+    // texel. 0: no answer.
     double samples_per_texel = 1.0;
   };
 
-  // From texels of the grid (continuous, column 0 at the west edge of the data rectangle) to the source's columns and rows. `turns`: the
-  // source is meant so many times round the globe to the east of where it says it lies.
+  // From texels of the grid (continuous, column 0 at the west edge of the data rectangle) to the source's
+  // columns and rows. `turns`: the source is meant so many times round the globe to the east of where it says
+  // it lies.
   GridWarp(const GridPlacement& grid, geo::Crs grid_crs, const geo::GeoTransform& source, geo::Crs source_crs, int turns = 0);
 
   // NaN where the projections have no answer.
   [[nodiscard]] Point2 exact(Point2 texel) const;
-  // Source positions of the centres of all texels of `rect`, row by row, tightly packed. `patches`, when given, is replaced by rectangles
-  // that cover `rect` once.
+  // Source positions of the centres of all texels of `rect`, row by row, tightly packed. `patches`, when
+  // given, is replaced by rectangles that cover `rect` once.
   void map_centres(const TexelRect& rect, std::span<Point2> out, std::vector<Patch>* patches = nullptr) const;
   // Those of the corners: one more column and row.
   void map_corners(const TexelRect& rect, std::span<Point2> out) const;
 
-  // Texel edges run along sample edges, columns to the east and rows to the south: column edges depend on the texel's column alone.
+  // Texel edges run along sample edges, columns to the east and rows to the south: column edges depend on the
+  // texel's column alone.
   [[nodiscard]] bool is_axis_aligned() const { return same_crs_ && source_.is_north_up(); }
-  // The most of any texel of `rect`: exact where the grids share a coordinate system, otherwise found at a few places.
+  // The most of any texel of `rect`: exact where the grids share a coordinate system, otherwise found at a
+  // few places.
   [[nodiscard]] double most_samples_per_texel(const TexelRect& rect) const;
 
-  // Where the first sample of `other` lies among the samples of this source, in whole samples, when all samples of a raster of
-  // `other_width` x `other_height` lie on this source's, to kSameGrid samples. nullopt when they do not.
+  // Where the first sample of `other` lies among the samples of this source, in whole samples, when all
+  // samples of a raster of `other_width` x `other_height` lie on this source's, to kSameGrid samples. nullopt
+  // when they do not.
   static constexpr double kSameGrid = 1e-4;
   struct SampleOffset {
     std::int64_t x = 0;

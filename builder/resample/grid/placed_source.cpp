@@ -9,8 +9,8 @@
 namespace vt::resample {
 namespace {
 
-// A new number whenever the same samples on the layer's own grid would become other texels: blocks built by older rules are then built
-// again.
+// A new number whenever the same samples on the layer's own grid would become other texels: blocks built by
+// older rules are then built again.
 constexpr std::int64_t kRules = 1;
 
 // Numbers in a fixed byte order, so that every machine comes to the same hash.
@@ -59,7 +59,8 @@ void add_layout(const channels::SampleLayout& layout, Mark& mark) {
   }
 }
 
-// What a window of a compressed file adds are the blocks that it touches: only together with its place do they say which samples are meant.
+// What a window of a compressed file adds are the blocks that it touches: only together with its place do
+// they say which samples are meant.
 void add_window(const source::Window& window, store::ContentHasher& content) {
   Mark mark;
   for (const std::int64_t number : {window.x, window.y, window.width, window.height}) mark.add(number);

@@ -1,5 +1,5 @@
-// One source of a layer, ready to be read: which bands, what they mean, and where they lie on the layer's grid. A value; the raster, the
-// codec and the warp are shared and immutable.
+// One source of a layer, ready to be read: which bands, what they mean, and where they lie on the layer's
+// grid. A value; the raster, the codec and the warp are shared and immutable.
 #pragma once
 
 #include <cstddef>
@@ -19,8 +19,8 @@
 
 namespace vt::resample {
 
-// How a source on another grid becomes texels where a texel has no more than one of its samples under it; where it has more, each of them
-// counts by its area, see warped_reader.h.
+// How a source on another grid becomes texels where a texel has no more than one of its samples under it;
+// where it has more, each of them counts by its area, see warped_reader.h.
 enum class Method : std::uint8_t {
   kBilinear,  // between the four nearest samples, in filter space
   kNearest,   // the sample that the texel's centre lies in, as it is
@@ -28,8 +28,9 @@ enum class Method : std::uint8_t {
 [[nodiscard]] std::string_view method_name(Method method);  // "bilinear", "nearest"
 [[nodiscard]] std::optional<Method> method_from_name(std::string_view name);
 
-// A new number whenever samples of another grid would become other texels. It is part of what blocks were built from, and of what a layer
-// says of such sources, so that no layer is half of old rules and half of new ones.
+// A new number whenever samples of another grid would become other texels. It is part of what blocks were
+// built from, and of what a layer says of such sources, so that no layer is half of old rules and half of new
+// ones.
 inline constexpr int kWarpRules = 2;
 
 // Coordinates are texels of the layer's finest level, counted from the corner of its data rectangle.
@@ -50,16 +51,17 @@ struct PlacedSource {
   // No sample can be without data, so nothing below them is ever seen.
   [[nodiscard]] bool is_opaque() const;
 
-  // Samples of `window` with `row_pitch_bytes` from row to row, as RasterSource::read; the window and what was read is added to `content`
-  // when it is given.
+  // Samples of `window` with `row_pitch_bytes` from row to row, as RasterSource::read; the window and what
+  // was read is added to `content` when it is given.
   [[nodiscard]] Result<void> read(const source::Window& window, std::span<std::byte> out, std::size_t row_pitch_bytes,
                                   store::ContentHasher* content) const;
   // Adds what read() would add. Nothing is decoded.
   [[nodiscard]] Result<void> hash(const source::Window& window, store::ContentHasher& content) const;
 };
 
-// All that turns samples into values and is not the samples themselves: the layout, and where the samples of `part` lie in `window`, both
-// counted alike. Neither the source's name nor its place in a list, so that what is added elsewhere changes nothing here.
+// All that turns samples into values and is not the samples themselves: the layout, and where the samples of
+// `part` lie in `window`, both counted alike. Neither the source's name nor its place in a list, so that what
+// is added elsewhere changes nothing here.
 void add_mark(const PlacedSource& source, const TexelRect& part, const TexelRect& window, store::ContentHasher& content);
 // All that turns the samples of another grid into the texels of `part` of a layer: the warp and its rules.
 void add_warp_mark(const GridWarp& warp, Method method, const TexelRect& part, store::ContentHasher& content);

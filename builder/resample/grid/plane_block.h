@@ -1,4 +1,5 @@
-// A rectangle of texels or samples in filter space while sources are laid over each other in it. Private to this folder.
+// A rectangle of texels or samples in filter space while sources are laid over each other in it. Private to
+// this folder.
 #pragma once
 
 #include <cstdint>
@@ -16,7 +17,8 @@ struct PlaneBlock {
   int planes = 0;
   std::vector<float> floats;
 
-  // From column `x` of `row` on, both counted as `rect` is: the first plane; the others follow at distances of rect.width.
+  // From column `x` of `row` on, both counted as `rect` is: the first plane; the others follow at distances
+  // of rect.width.
   [[nodiscard]] const float* first_plane(std::int64_t x, std::int64_t row) const { return floats.data() + offset_of(x, row, 0); }
   // The same of all planes.
   [[nodiscard]] channels::PlaneRow row_at(std::int64_t x, std::int64_t row) {
@@ -42,8 +44,8 @@ void fill_with_nothing(const channels::ChannelCodec& codec, bool derived, std::i
 // All planes of one texel without data.
 [[nodiscard]] std::vector<float> planes_of_nothing(const channels::ChannelCodec& codec);
 
-// Premultiplied "over": where the upper one has full weight nothing of the lower one remains; least and greatest values are of all that is
-// seen. `rules` of the planes of both.
+// Premultiplied "over": where the upper one has full weight nothing of the lower one remains; least and
+// greatest values are of all that is seen. `rules` of the planes of both.
 void composite_row(const channels::PlaneRow& upper, std::span<const channels::PlaneRule> rules, int weight_plane, std::int64_t count,
                    const channels::PlaneRow& lower);
 

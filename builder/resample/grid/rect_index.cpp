@@ -19,8 +19,9 @@ TexelRect united(const TexelRect& a, const TexelRect& b) {
   return {x, y, std::max(a.right(), b.right()) - x, std::max(a.bottom(), b.bottom()) - y};
 }
 
-// Sort-tile-recursive packing (Leutenegger, Lopez, Edgington 1997): rectangles in strips from north to south, each strip from west to east,
-// so that neighbours in the array are neighbours on the ground. Ties are broken by number: the tree depends on nothing but its input.
+// Sort-tile-recursive packing (Leutenegger, Lopez, Edgington 1997): rectangles in strips from north to south,
+// each strip from west to east, so that neighbours in the array are neighbours on the ground. Ties are broken
+// by number: the tree depends on nothing but its input.
 RectIndex::RectIndex(std::span<const TexelRect> rects) {
   for (std::size_t i = 0; i < rects.size(); ++i)
     if (!rects[i].empty()) nodes_.push_back({rects[i], static_cast<std::uint32_t>(i), 0});

@@ -1,5 +1,6 @@
-// Which of many rectangles touch a given one, without asking each. A static tree of bounding rectangles, packed by place: memory
-// proportional to the number of rectangles however they overlap, a query proportional to what it finds. Immutable; any thread.
+// Which of many rectangles touch a given one, without asking each. A static tree of bounding rectangles,
+// packed by place: memory proportional to the number of rectangles however they overlap, a query proportional
+// to what it finds. Immutable; any thread.
 #pragma once
 
 #include <cstdint>

@@ -1,6 +1,7 @@
-// Sources whose samples lie on one grid, read as one raster: later ones lie over earlier ones, sample by sample, in filter space. The grid
-// is the layer's own, or that of the sources; then the raster is resampled as a whole, so that nothing shows where one file ends and the
-// next begins. Private to this folder. Threads: immutable once made; windows and buffers belong to one thread.
+// Sources whose samples lie on one grid, read as one raster: later ones lie over earlier ones, sample by
+// sample, in filter space. The grid is the layer's own, or that of the sources; then the raster is resampled
+// as a whole, so that nothing shows where one file ends and the next begins. Private to this folder. Threads:
+// immutable once made; windows and buffers belong to one thread.
 #pragma once
 
 #include <cstddef>
@@ -58,13 +59,14 @@ class SampleGrid {
   // The box around all members.
   [[nodiscard]] const TexelRect& bounds() const { return bounds_; }
 
-  // The parts of `window`, in order. Sources under opaque ones are left out: they are neither read nor do they count as content.
+  // The parts of `window`, in order. Sources under opaque ones are left out: they are neither read nor do
+  // they count as content.
   void find_parts(const TexelRect& window, std::vector<std::uint32_t>& found, std::vector<Part>& parts) const;
   // One member hides all that lies below it in `window`.
   [[nodiscard]] bool hides(const TexelRect& window, std::vector<std::uint32_t>& found) const;
 
-  // Puts what all members together hold of `window` into `out`, in the source planes or, when `derived`, in all planes of the codec. Adds
-  // to `content`, when it is given, all that decides the result.
+  // Puts what all members together hold of `window` into `out`, in the source planes or, when `derived`, in
+  // all planes of the codec. Adds to `content`, when it is given, all that decides the result.
   [[nodiscard]] Result<void> read(const TexelRect& window, bool derived, SampleWindow& out, store::ContentHasher* content) const;
   // Adds to `content` exactly what read() would add. Nothing is decoded; `buffers` lends its own.
   [[nodiscard]] Result<void> hash(const TexelRect& window, SampleWindow& buffers, store::ContentHasher& content) const;

@@ -45,7 +45,8 @@ struct Rest {
   double operator[](std::size_t i) const { return rows - lacking[i]; }
 };
 
-// The sum of weights[i] * values[i], in four interleaved sums: one after the other the additions would wait for each other.
+// The sum of weights[i] * values[i], in four interleaved sums: one after the other the additions would wait
+// for each other.
 template <class Values>
 double weighted_sum(const double* weights, const Values& values, std::size_t count) {
   double sum[4] = {};

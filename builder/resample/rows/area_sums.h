@@ -1,6 +1,7 @@
-// Sums over the samples under texels, each sample by its covered part: planes by their rules, classes by their areas. Sums are in double
-// and taken in one order (rows from north to south, samples from west to east), so that they depend on nothing but the texel and its
-// samples. Private to this folder. One object per thread, reused.
+// Sums over the samples under texels, each sample by its covered part: planes by their rules, classes by
+// their areas. Sums are in double and taken in one order (rows from north to south, samples from west to
+// east), so that they depend on nothing but the texel and its samples. Private to this folder. One object per
+// thread, reused.
 #pragma once
 
 #include <cstddef>
@@ -24,7 +25,8 @@ class PlaneSums {
   [[nodiscard]] bool has_extremes() const { return has_extremes_; }
   // For planes of least and greatest values only.
   void add_extremes(std::size_t texel, const SampleWindow& window, std::int64_t row, const CoveredRun& run);
-  // The means over all that was added, as texel `i` of a row; of nothing they are 0. Extremes are of samples that have data.
+  // The means over all that was added, as texel `i` of a row; of nothing they are 0. Extremes are of samples
+  // that have data.
   void finish(std::size_t texel, const channels::PlaneRow& out, std::int64_t i) const;
 
  private:
@@ -52,15 +54,17 @@ class ClassSums {
   std::vector<double> inside_;
 };
 
-// One row of texels whose edges run along those of samples: rows of samples are added up first, each as a whole, and then columns.
+// One row of texels whose edges run along those of samples: rows of samples are added up first, each as a
+// whole, and then columns.
 class ColumnSums {
  public:
   // For columns `first` to `first + count` of windows; forgets what was added before.
   void reset(std::int64_t first, std::int64_t count, const channels::ChannelCodec& codec);
-  // The window's columns are those of reset(). `covered` counts for sums, `touched` for least and greatest values.
+  // The window's columns are those of reset(). `covered` counts for sums, `touched` for least and greatest
+  // values.
   void add_row(const SampleWindow& window, std::int64_t row, double covered, double touched);
-  // The means over the columns of `run`, the extremes over those of `touched`, as texel `i` of a row. False, and nothing is written: the
-  // run covers no raster.
+  // The means over the columns of `run`, the extremes over those of `touched`, as texel `i` of a row. False,
+  // and nothing is written: the run covers no raster.
   void finish(const CoveredRun& run, const CoveredRun& touched, const channels::PlaneRow& out, std::int64_t i) const;
 
  private:

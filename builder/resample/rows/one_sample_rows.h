@@ -1,5 +1,5 @@
-// Texels whose footprint is one sample: between the four nearest samples, or the nearest as it is. Private to this folder. One object per
-// thread, reused.
+// Texels whose footprint is one sample: between the four nearest samples, or the nearest as it is. Private to
+// this folder. One object per thread, reused.
 #pragma once
 
 #include <cstdint>
@@ -12,8 +12,8 @@ namespace vt::resample {
 
 class OneSampleRows {
  public:
-  // All planes of `count` texels from column `x` of a row on, by the sources' method, into `out`. The window holds the source planes of
-  // all samples that they need; texels of another kind become anything.
+  // All planes of `count` texels from column `x` of a row on, by the sources' method, into `out`. The window
+  // holds the source planes of all samples that they need; texels of another kind become anything.
   void make(const GridSources& sources, const SampleWindow& window, const TexelFootprints& texels, std::int64_t x, std::int64_t y,
             std::int64_t count, const channels::PlaneRow& out);
 
@@ -28,7 +28,8 @@ class OneSampleRows {
                  const channels::PlaneRow& out) const;
   static void pick(const PlaneBlock& block, const Kind* kinds, const Point2* centres, std::size_t count, const channels::PlaneRow& out);
 
-  // For each texel: the offset of its north-western sample in a plane of the window, and from there to the southern and the eastern one.
+  // For each texel: the offset of its north-western sample in a plane of the window, and from there to the
+  // southern and the eastern one.
   std::vector<std::uint32_t> first_;
   std::vector<std::uint32_t> down_;
   std::vector<std::uint32_t> right_;

@@ -83,7 +83,8 @@ void TexelFootprints::leave_out_the_rest(TexelBlock* out) {
     }
 }
 
-// Whether all of a piece that lies within the grid's bounds lies in a source; `near_` becomes the sources that are near it.
+// Whether all of a piece that lies within the grid's bounds lies in a source; `near_` becomes the sources
+// that are near it.
 bool TexelFootprints::is_filled(const TexelRect& piece) {
   PlaceBounds bounds;
   for (std::int64_t y = piece.y; y < piece.bottom(); ++y)
@@ -116,7 +117,8 @@ void TexelFootprints::locate(std::int64_t x, std::int64_t y, TexelBlock* out) {
   if (places == 0) kinds_[texel] = Kind::kNothing;
 }
 
-// Nearest: on a border between two samples a place belongs to the next one, so that it belongs to one or to none.
+// Nearest: on a border between two samples a place belongs to the next one, so that it belongs to one or to
+// none.
 bool TexelFootprints::is_in_a_source(const Point2& p) const {
   const bool ends_are_in = sources_->method == Method::kBilinear;
   return std::ranges::any_of(near_, [&](const TexelRect& rect) {
@@ -156,7 +158,8 @@ Quad TexelFootprints::corners(std::int64_t x, std::int64_t y) const {
 Quad TexelFootprints::footprint(std::int64_t x, std::int64_t y) const {
   const Quad quad = corners(x, y);
   const std::size_t texel = index_of(x, y);
-  // Where a corner has no place in the source, or longitudes jump within the texel, there is no such quadrilateral.
+  // Where a corner has no place in the source, or longitudes jump within the texel, there is no such
+  // quadrilateral.
   const double most = 2.0 * static_cast<double>(samples_per_texel_[texel]) + 2.0;
   const bool is_sound = quad.greatest_x() - quad.least_x() <= most && quad.greatest_y() - quad.least_y() <= most;
   if (!is_sound || !quad.is_finite()) return one_sample_around(centres_[texel]);

@@ -1,5 +1,5 @@
-// The texels of a part of a layer in the samples of a grid of sources: where they lie, whether a source is there, and which way each is
-// made. Private to this folder. One object per thread, reused.
+// The texels of a part of a layer in the samples of a grid of sources: where they lie, whether a source is
+// there, and which way each is made. Private to this folder. One object per thread, reused.
 #pragma once
 
 #include <cstdint>
@@ -11,8 +11,9 @@
 
 namespace vt::resample {
 
-// Samples per texel up to which a footprint is one sample. Sources of equal resolution, whose ratio goes from 0.97 to 1.03 over a scene,
-// are made in one way all over, and a sample counts for at most 2 sinc^2(1 / ratio) = 0.2 % more or less than its area.
+// Samples per texel up to which a footprint is one sample. Sources of equal resolution, whose ratio goes from
+// 0.97 to 1.03 over a scene, are made in one way all over, and a sample counts for at most 2 sinc^2(1 /
+// ratio) = 0.2 % more or less than its area.
 inline constexpr double kMostUnit = 1.0 + 1.0 / 32.0;
 // The same for the sample that is nearest.
 inline constexpr double kMostPicked = 1.0 + 1.0 / 16.0;
@@ -21,8 +22,8 @@ class TexelFootprints {
  public:
   enum class Kind : std::uint8_t { kNothing, kOneSample, kArea };
 
-  // `alone`: no other sources are seen in `part`; then texels whose centre lies in no source have nothing. Otherwise those that lie in
-  // none with any place, and `out`, when it is given, is told which of them do.
+  // `alone`: no other sources are seen in `part`; then texels whose centre lies in no source have nothing.
+  // Otherwise those that lie in none with any place, and `out`, when it is given, is told which of them do.
   void find(const GridSources& sources, const TexelRect& part, bool alone, TexelBlock* out);
 
   [[nodiscard]] bool has(Kind kind) const { return kind == Kind::kArea ? has_areas_ : has_units_; }
@@ -31,8 +32,8 @@ class TexelFootprints {
   [[nodiscard]] const Point2* centres(std::int64_t x, std::int64_t y) const { return &centres_[index_of(x, y)]; }
   // What a texel of kArea is the mean of.
   [[nodiscard]] Quad footprint(std::int64_t x, std::int64_t y) const;
-  // Texels along which rows of samples rise or fall by about as many samples as a third of the part is high: wider pieces of it would
-  // need much more of the source than lies under them.
+  // Texels along which rows of samples rise or fall by about as many samples as a third of the part is high:
+  // wider pieces of it would need much more of the source than lies under them.
   [[nodiscard]] std::int64_t fitting_width() const;
 
  private:
@@ -67,7 +68,8 @@ class PlaceBounds {
  public:
   void add(const Point2& p);  // nothing when it is no number
   [[nodiscard]] bool is_empty() const { return !(min_.x <= max_.x); }
-  // The samples of `raster` that the places are in, moved into it where they lie outside, and `reach` samples more on every side.
+  // The samples of `raster` that the places are in, moved into it where they lie outside, and `reach` samples
+  // more on every side.
   [[nodiscard]] TexelRect samples_of(const TexelRect& raster, double reach) const;
 
  private:

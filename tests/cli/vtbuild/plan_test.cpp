@@ -1,4 +1,5 @@
-// vtbuild --dry-run, and the inputs that it shares with a build: folders, areas, descriptions of what is not there yet.
+// vtbuild --dry-run, and the inputs that it shares with a build: folders, areas, descriptions of what is not
+// there yet.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -87,7 +88,8 @@ TEST_F(VtbuildPlanTest, ACountryIsPlannedBeforeItsSourcesExist) {
   expect_failure({"dataset", "country.json", "-o", "x.vts"}, 2, {"2 of 2 sources", "west.tif", "east.tif"});
 }
 
-// More than one store holds, and more than this much memory can build: the plan is shown all the same, and says both.
+// More than one store holds, and more than this much memory can build: the plan is shown all the same, and
+// says both.
 TEST_F(VtbuildPlanTest, TheEarthAtHalfAMetreIsPlanned) {
   write("earth.json", R"({"format": "vt-scene", "version": 1, "name": "earth", "crs": "EPSG:4326",
     "area": {"west": -180, "south": -90, "east": 180, "north": 90},

@@ -1,5 +1,5 @@
-// vtbuild as people and scripts meet it: messages, exit codes, nothing left behind after a failure, and the whole way from a scene to a
-// picture.
+// vtbuild as people and scripts meet it: messages, exit codes, nothing left behind after a failure, and the
+// whole way from a scene to a picture.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sys/stat.h>
@@ -206,7 +206,8 @@ TEST_F(VtbuildTest, AStoreThatExistsIsNotOverwritten) {
 
 TEST_F(VtbuildTest, AFullDiskIsReportedAndTheStoreStaysWhole) {
   make_scene();
-  // A file-size limit stands in for a full disk: the write fails in the same place with the same kind of error.
+  // A file-size limit stands in for a full disk: the write fails in the same place with the same kind of
+  // error.
   const Outcome outcome = run_program("/bin/sh",
                                       {"-c", std::string("ulimit -f 200; exec ") + VT_VTBUILD +
                                                  " layer scene/imagery.tif -o full.vts --channel color --compression none --progress none"},
@@ -235,8 +236,9 @@ TEST_F(VtbuildTest, AStoreIsDrawnOnBothPaths) {
     ASSERT_EQ(pictures.back().width, 320);
     ASSERT_EQ(pictures.back().height, 180);
   }
-  // The terrain stands in the middle of a plain sky. Both paths have the whole small layer in one texture, so they draw the same texels
-  // with the same filter: a GLSL lookup differs from the fixed function's by 1 at most, and 1 more for the window.
+  // The terrain stands in the middle of a plain sky. Both paths have the whole small layer in one texture, so
+  // they draw the same texels with the same filter: a GLSL lookup differs from the fixed function's by 1 at
+  // most, and 1 more for the window.
   const std::vector<std::uint8_t>& fixed = pictures[0].samples;
   const std::vector<std::uint8_t>& shaded = pictures[1].samples;
   std::set<std::array<std::uint8_t, 3>> colours;
@@ -250,7 +252,8 @@ TEST_F(VtbuildTest, AStoreIsDrawnOnBothPaths) {
 #endif
 
 #ifdef VT_VTRENDER
-// The figures of a flight are of frames that draw: patches, from tiles that are loaded, of more than one level.
+// The figures of a flight are of frames that draw: patches, from tiles that are loaded, of more than one
+// level.
 TEST_F(VtbuildTest, AFlightReportsTheTilesThatItsFramesDraw) {
   make_scene();
   ASSERT_EQ(run({"layer", "scene/imagery.tif", "-o", "scene.vts", "--channel", "color", "--progress", "none"}).exit_code, 0);

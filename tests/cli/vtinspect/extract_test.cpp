@@ -119,13 +119,15 @@ TEST_F(VtinspectExtract, TiffLiesExactlyOnTheLevelsGrid) {
     std::int64_t x, y;  // where the window starts
     double x0, y0, step;
   };
-  // Coarse levels start on the square's grid: column 1 of level 0 is finest column 4, row 2 is finest row 8, where the data starts.
+  // Coarse levels start on the square's grid: column 1 of level 0 is finest column 4, row 2 is finest row 8,
+  // where the data starts.
   for (const Case& expected :
        {Case{"2", "0,0,40,24", 0, 0, kWest, kNorth, 10.0}, Case{"2", "7,3,5,4", 7, 3, kWest + 70.0, kNorth - 30.0, 10.0},
         Case{"1", "1,2,3,4", 1, 2, kWest + 20.0, kNorth - 40.0, 20.0}, Case{"0", "0,0,10,6", 0, 0, kWest, kNorth, 40.0}}) {
     expect_success({"extract", "s.vts", "--layer", "color", "--level", expected.level, "--window", expected.window, "-o", "out.tif"});
     const TiffFile tiff = read_tiff(directory_ / "out.tif");
-    // Raster 0,0 is the outer corner (PixelIsArea) and lies on x0, y0; ProjectedCSType is EPSG's number of UTM 33N.
+    // Raster 0,0 is the outer corner (PixelIsArea) and lies on x0, y0; ProjectedCSType is EPSG's number of
+    // UTM 33N.
     EXPECT_EQ(tiff.pixel_scale, (std::vector<double>{expected.step, expected.step, 0.0}));
     EXPECT_EQ(tiff.tie_point, (std::vector<double>{0.0, 0.0, 0.0, expected.x0, expected.y0, 0.0}));
     EXPECT_EQ(tiff.geo_key(1025), 1);

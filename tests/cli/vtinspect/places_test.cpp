@@ -1,5 +1,5 @@
-// Where vtinspect says that values lie, and what it says of places without data: layers that vtbuild made of rasters whose values are their
-// own places.
+// Where vtinspect says that values lie, and what it says of places without data: layers that vtbuild made of
+// rasters whose values are their own places.
 #include <cmath>
 #include <cstring>
 #include <limits>
@@ -87,7 +87,8 @@ TEST_F(VtinspectPlaces, AWebMercatorLayerAcrossTheAntimeridianHasBothSides) {
 
 // --- Heights that are picked ----------------------------------------------------------------------------------------------------------
 
-// Every value is the place that it belongs to, in metres from the west edge times 1000 plus metres from the north edge.
+// Every value is the place that it belongs to, in metres from the west edge times 1000 plus metres from the
+// north edge.
 TEST_F(VtinspectPlaces, PickedHeightsAreWhereTheyWerePicked) {
   constexpr double kStep = 2.0;
   const RasterSpec raster{.width = 101, .height = 67, .bands = 1, .type = SampleType::kFloat32};
@@ -107,8 +108,8 @@ TEST_F(VtinspectPlaces, PickedHeightsAreWhereTheyWerePicked) {
       const std::string level_text = std::to_string(level);
       ASSERT_EQ(run({"extract", "s.vts", "--layer", "elevation", "--level", level_text, "-o", "out.tif"}).exit_code, 0);
       const TiffFile tiff = read_tiff(directory_ / "out.tif");
-      // Texels at the east and south edges of means hang over the data, whose mean lies further inside. Every texel asked for is three
-      // processes, so a dozen of a row stand for all.
+      // Texels at the east and south edges of means hang over the data, whose mean lies further inside. Every
+      // texel asked for is three processes, so a dozen of a row stand for all.
       for (std::int64_t x = 0; x < tiff.width - 1; x += 1 + tiff.width / 12) {
         const float value = float_at(tiff, x, 0);
         const double west_m = std::floor(static_cast<double>(value) / 1000.0);
@@ -222,7 +223,8 @@ TEST_F(VtinspectPlaces, MasksAreZeroAndLightIsDarkWhereNothingIsKnown) {
   }
 }
 
-// 0 was "no data" in the source, and is the mean of heights around it on a coarser level: there the file says NaN.
+// 0 was "no data" in the source, and is the mean of heights around it on a coarser level: there the file says
+// NaN.
 TEST_F(VtinspectPlaces, AMeanThatIsTheSourcesNodataIsNoHole) {
   const RasterSpec raster{.width = 16, .height = 16, .bands = 1, .type = SampleType::kInt16, .nodata = 0.0};
   pipeline::write_raster(directory_ / "in.tif", raster, [](std::int64_t x, std::int64_t y, int) {

@@ -1,5 +1,6 @@
-// vtinspect compare of what vtbuild makes with what it made it from: every channel, and the formats and options that take a path of their
-// own. Nothing here knows how a layer is stored: the truth is that a raster which was not changed is equal, and one that was is not.
+// vtinspect compare of what vtbuild makes with what it made it from: every channel, and the formats and
+// options that take a path of their own. Nothing here knows how a layer is stored: the truth is that a raster
+// which was not changed is equal, and one that was is not.
 #include <fmt/format.h>
 
 #include <cmath>
@@ -244,7 +245,8 @@ TEST_F(VtinspectRasterHoles, AValueThatTheFormatCannotHoldIsADifferenceAndNoFail
 }
 
 TEST_F(VtinspectRasterHoles, TheUnitIsTheChannels) {
-  // Whole metres in steps of 2^-8 or so: what is stored is within half a step of the raster, and an edit of 3 m is one of 3 m.
+  // Whole metres in steps of 2^-8 or so: what is stored is within half a step of the raster, and an edit of 3
+  // m is one of 3 m.
   const Case heights{"",
                      {.width = 130, .height = 90, .bands = 1, .type = SampleType::kFloat32},
                      ChannelType::kElevation,

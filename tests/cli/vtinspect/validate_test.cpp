@@ -51,7 +51,8 @@ TEST_F(VtinspectValidate, ASampleSaysThatItIsOne) {
   EXPECT_EQ(json["tiles_checked"], 12);
 }
 
-// tests/golden/unknown-numbers.vts: its layers "aspect" and "later" have unknown channels, "strange" an unknown texel format.
+// tests/golden/unknown-numbers.vts: its layers "aspect" and "later" have unknown channels, "strange" an
+// unknown texel format.
 TEST_F(VtinspectValidate, UnknownNumbersAreNotesAndConcernTheirLayersOnly) {
   std::filesystem::copy_file(std::filesystem::path(VT_SCHEMAS) / "../tests/golden/unknown-numbers.vts", directory_ / "s.vts");
   const Outcome validated = run({"validate", "s.vts"});

@@ -1,5 +1,5 @@
-// What vtinspect makes of numbers that are not their codes: scales and offsets, codes for "no data", directions, light; and of what a build
-// has measured.
+// What vtinspect makes of numbers that are not their codes: scales and offsets, codes for "no data",
+// directions, light; and of what a build has measured.
 #include <array>
 #include <cmath>
 #include <cstring>

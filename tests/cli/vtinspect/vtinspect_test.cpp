@@ -1,4 +1,5 @@
-// What every subcommand of vtinspect does the same way: help, wrong usage, missing and damaged files, output that cannot be written.
+// What every subcommand of vtinspect does the same way: help, wrong usage, missing and damaged files, output
+// that cannot be written.
 #include "tests/cli/vtinspect/run.h"
 
 namespace vt::test {

@@ -14,7 +14,8 @@ std::array<std::byte, 8> block_of(unsigned color0, unsigned color1, std::uint32_
           std::byte(indices), std::byte(indices >> 8), std::byte(indices >> 16), std::byte(indices >> 24)};
 }
 
-// Independent definition: multiplication instead of shifts, thirds in real numbers and rounded by the library.
+// Independent definition: multiplication instead of shifts, thirds in real numbers and rounded by the
+// library.
 int expanded(int code, int bits) { return bits == 5 ? code * 8 + code / 4 : code * 4 + code / 16; }
 int third(int near, int far) { return static_cast<int>(std::lround((2.0 * near + far) / 3.0)); }
 

@@ -97,7 +97,8 @@ BlockTexels block_texels(const Image& image, std::size_t block) {
   return texels;
 }
 
-// Noise, photographs, flat and nearly flat blocks, two colours, ramps: everything that takes another way through the encoder.
+// Noise, photographs, flat and nearly flat blocks, two colours, ramps: everything that takes another way
+// through the encoder.
 Image hostile_image() {
   Image image = photographic_image(4 * 61, 4 * 64, 3);
   const Image noise = noise_image(image.width, image.height, 4);
@@ -146,7 +147,8 @@ TEST(Bc1Encoder, WidthAlignmentPitchAndTheFourthByteDoNotMatter) {
     const Image image = noise_image(width, 8, static_cast<unsigned>(width));
     const std::vector<std::byte> expected = encoded(image);
     for (const std::size_t texel_bytes : {3, 4}) {
-      // Cut to exact size, so that a sanitizer sees a read past the last texel; an odd start and an odd pitch.
+      // Cut to exact size, so that a sanitizer sees a read past the last texel; an odd start and an odd
+      // pitch.
       const std::size_t pitch = width * texel_bytes + 13;
       std::vector<std::byte> bytes(1 + 7 * pitch + width * texel_bytes, std::byte{0xA5});
       for (std::size_t y = 0; y < 8; ++y)
@@ -192,9 +194,9 @@ TEST(Bc1Encoder, TwoColorsThatTheCodesHoldAreExact) {
 }
 
 TEST(Bc1Encoder, GradientsStayNearTheIdealOfFourColors) {
-  // A ramp of 16 equal steps in four groups of four: the variance within a group is 15/12 steps^2 = range^2 / 180 in each channel. The
-  // codes may be half a step off: 8.23 / 2 in red and blue, 4.05 / 2 in green, together 38; the ramp's own rounding adds at most 1 per
-  // channel.
+  // A ramp of 16 equal steps in four groups of four: the variance within a group is 15/12 steps^2 = range^2 /
+  // 180 in each channel. The codes may be half a step off: 8.23 / 2 in red and blue, 4.05 / 2 in green,
+  // together 38; the ramp's own rounding adds at most 1 per channel.
   for (const int range : {15, 30, 60, 120, 240}) {
     Image image(4, 4);
     for (std::size_t i = 0; i < 16; ++i) {

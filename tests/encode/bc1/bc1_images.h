@@ -25,7 +25,8 @@ struct Image {
   [[nodiscard]] int get(std::size_t x, std::size_t y, std::size_t c) const { return std::to_integer<int>(rgb[(y * width + x) * 3 + c]); }
 };
 
-// Like a photograph from above: 1/f noise that the channels mostly share, smooth parts, and hard edges between areas of different colour.
+// Like a photograph from above: 1/f noise that the channels mostly share, smooth parts, and hard edges
+// between areas of different colour.
 [[nodiscard]] Image photographic_image(std::size_t width, std::size_t height, unsigned seed);
 [[nodiscard]] Image noise_image(std::size_t width, std::size_t height, unsigned seed);
 // A real raster of VT_TEST_DATA, bands 1 to 3, cut to multiples of 4. Empty when it is not there.

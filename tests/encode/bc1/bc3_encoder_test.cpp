@@ -81,7 +81,8 @@ TEST(Bc3Encoder, OpaqueAndWhollyTransparentBlocksHaveTheColorsOfBc1) {
 }
 
 TEST(Bc3Encoder, FewVisibleTexelsAreFittedAsIfTheyWereTheWholeBlock) {
-  // Two colours that 5:6:5 holds exactly are exact, whatever lies under the transparent texels and however few are visible.
+  // Two colours that 5:6:5 holds exactly are exact, whatever lies under the transparent texels and however
+  // few are visible.
   std::mt19937 random(4);
   Image picture(4 * 512, 4);
   std::vector<unsigned> alpha(picture.width * 4);

@@ -114,7 +114,8 @@ TEST(Bc3Decoder, ColorIsAlwaysFourColorsAndAlphaIsABc4Block) {
     for (std::size_t x = 0; x < kWidth; ++x) {
       const auto block = std::span(blocks).subspan(block_index(x, y) * 16).first<16>();
       const std::size_t i = y % 4 * 4 + x % 4;
-      // The colours of BC1 with the end points in the order that selects four colours; exchanging them exchanges indices 0 1 and 2 3.
+      // The colours of BC1 with the end points in the order that selects four colours; exchanging them
+      // exchanges indices 0 1 and 2 3.
       std::array<std::byte, 8> colors{};
       std::copy(block.begin() + 8, block.end(), colors.begin());
       const auto color = [&](std::size_t at) { return std::to_integer<int>(colors[at]) | std::to_integer<int>(colors[at + 1]) << 8; };

@@ -151,8 +151,8 @@ TEST(Bc4Encoder, ZeroAnd255BesideANarrowMiddleUseTheModeOfSixValues) {
 }
 
 TEST(Bc4Encoder, LinearRampsStayWithinHalfAStep) {
-  // Samples between the extremes are at most half a seventh of the range away from a value between the unrounded extremes; rounding an end
-  // point moves the values by at most half a code.
+  // Samples between the extremes are at most half a seventh of the range away from a value between the
+  // unrounded extremes; rounding an end point moves the values by at most half a code.
   for (const double range : {2.0, 7.0, 30.0, 100.0, 250.0}) {
     Image16 image(4, 4);
     for (std::size_t i = 0; i < 16; ++i)
@@ -183,7 +183,8 @@ TEST(Bc4Encoder, WidthAlignmentPitchAndNeighboursDoNotMatter) {
   for (const Quality quality : kQualities) {
     const std::vector<std::byte> together = encoded(wide, quality);
     for (std::size_t width = 4; width <= 4 * 35; width += quality == Quality::kBest ? 44 : 4) {
-      // Cut to exact size, so that a sanitizer sees a read past the last texel; an odd start and an odd pitch.
+      // Cut to exact size, so that a sanitizer sees a read past the last texel; an odd start and an odd
+      // pitch.
       const std::size_t pitch = width * 2 + 13;
       std::vector<std::byte> bytes(1 + 7 * pitch + width * 2, std::byte{0xA5});
       for (std::size_t y = 0; y < 8; ++y) std::memcpy(&bytes[1 + y * pitch], &wide.samples[y * wide.width], width * 2);

@@ -31,9 +31,11 @@ struct NamedImage16 {
   std::string name;
   Image16 image;
 };
-// One channel each: noise, narrow noise, ramps, smooth terrain, two values, middles with 0 and 255 beside them, flat blocks.
+// One channel each: noise, narrow noise, ramps, smooth terrain, two values, middles with 0 and 255 beside
+// them, flat blocks.
 [[nodiscard]] std::vector<NamedImage16> scalar_images(std::size_t edge);
-// x and y of the normals of steep terrain, (n + 1) / 2: slopes as a 10 m elevation model of high mountains has them.
+// x and y of the normals of steep terrain, (n + 1) / 2: slopes as a 10 m elevation model of high mountains
+// has them.
 [[nodiscard]] Image16 normals_image(std::size_t edge, unsigned seed);
 
 [[nodiscard]] std::vector<std::byte> encoded(const Image16& image, Quality quality);

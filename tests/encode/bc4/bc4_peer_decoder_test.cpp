@@ -21,7 +21,8 @@ std::vector<std::byte> random_blocks(std::size_t bytes) {
   return blocks;
 }
 
-// Decoders that work in 8 bits round or cut the fraction: less than one code from the exact value; the last part is for float.
+// Decoders that work in 8 bits round or cut the fraction: less than one code from the exact value; the last
+// part is for float.
 constexpr double kOneCode = 1.0 + 1e-3;
 
 TEST(Bc4Decoder, AgreesWithOpenGlInEveryPairOfEndPoints) {

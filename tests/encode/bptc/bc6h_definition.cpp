@@ -82,8 +82,9 @@ std::uint32_t unquantized(std::uint32_t code, int bits) {
   return code == (1U << bits) - 1U ? 0xFFFFU : (code << 16U | 0x8000U) >> bits;
 }
 
-// What a candidate stores, and what it costs: over subsets and channels, the squared error of codes, and kLightWeight times the least such
-// error that would bring the sum of light back, but for a share kFreeLight of it.
+// What a candidate stores, and what it costs: over subsets and channels, the squared error of codes, and
+// kLightWeight times the least such error that would bring the sum of light back, but for a share kFreeLight
+// of it.
 struct Candidate {
   Bc6hChoice choice;
   float cost = 0;
@@ -96,7 +97,8 @@ float weight_of(const Candidate& candidate, std::size_t i) {
   return static_cast<float>(store::bptc_weight(index_bits(candidate), static_cast<unsigned>(candidate.choice.indices >> (4 * i) & 15U)));
 }
 
-// Indices of subset `subset`, whose texels are those in `mask`. Texels move with the line from `fitted` to `kept`.
+// Indices of subset `subset`, whose texels are those in `mask`. Texels move with the line from `fitted` to
+// `kept`.
 void pick_indices(Candidate& candidate, std::size_t subset, std::uint32_t mask, const Line<3>& fitted, const Line<3>& kept,
                   const Texels<3>& texels) {
   const store::Bc6hMode& mode = store::kBc6hModes[candidate.choice.mode];
@@ -119,8 +121,8 @@ void pick_indices(Candidate& candidate, std::size_t subset, std::uint32_t mask, 
   }
 }
 
-// For each channel of a subset: its light, and kLightWeight over the square of the light that a unit of squared error buys at the texels'
-// positions, see nearer_in_light().
+// For each channel of a subset: its light, and kLightWeight over the square of the light that a unit of
+// squared error buys at the texels' positions, see nearer_in_light().
 struct SubsetLight {
   Color<3> total{};
   Color<3> cost{};

@@ -1,4 +1,5 @@
-// The BC6H encoder's method for one block, without vectors: the truth to which every CPU target is held, bit for bit.
+// The BC6H encoder's method for one block, without vectors: the truth to which every CPU target is held, bit
+// for bit.
 #pragma once
 
 #include <array>

@@ -27,7 +27,8 @@ HalfTexels block_texels(const HalfImage& image, std::size_t block) {
   return texels;
 }
 
-// Any bits (NaN, infinities, negative numbers among them), subnormals, smooth and wide ranges, one hot texel in the dark, flat blocks.
+// Any bits (NaN, infinities, negative numbers among them), subnormals, smooth and wide ranges, one hot texel
+// in the dark, flat blocks.
 HalfImage hostile_image() {
   HalfImage image(4 * 37, 4 * 48);
   std::mt19937 random(7);
@@ -115,7 +116,8 @@ TEST(Bc6hEncoder, WhatCannotBeStoredIsTheNearestThatCan) {
 }
 
 TEST(Bc6hEncoder, LightIsKept) {
-  // The sum of light of every channel over a picture. What is left is the rounding of codes, which has no preferred direction.
+  // The sum of light of every channel over a picture. What is left is the rounding of codes, which has no
+  // preferred direction.
   for (const Quality quality : kQualities) {
     for (const HalfImage& image : {day_image(256, 256, 1), night_image(512, 512, 1), noise_half_image(256, 256, 1, 1)}) {
       for (const double ratio : light_ratios(image, encoded_bc6h(image, quality))) {
@@ -126,9 +128,10 @@ TEST(Bc6hEncoder, LightIsKept) {
 }
 
 TEST(Bc6hEncoder, AHotTexelInTheDarkKeepsBoth) {
-  // A fire of any strength on dark ground, in one block: where they are more than four octaves apart only the mode with 10 bits for each
-  // end holds both. Its codes are 64 * 31 / 64 = 31 half codes apart, so the nearest is within 16 (half for the decoder's fraction), and
-  // the source is rounded by a half, and a half code is 1/1024 of a value at most.
+  // A fire of any strength on dark ground, in one block: where they are more than four octaves apart only the
+  // mode with 10 bits for each end holds both. Its codes are 64 * 31 / 64 = 31 half codes apart, so the
+  // nearest is within 16 (half for the decoder's fraction), and the source is rounded by a half, and a half
+  // code is 1/1024 of a value at most.
   std::mt19937 random(8);
   for (int round = 0; round < 200; ++round) {
     HalfImage image(4, 4);
@@ -145,8 +148,9 @@ TEST(Bc6hEncoder, AHotTexelInTheDarkKeepsBoth) {
   }
 }
 
-// It need not be true of blocks, and of pictures only nearly between the upper two: what is made small is not the squared error of codes
-// alone, and of noise in which lines hardly help six partitions offer more light to keep than one.
+// It need not be true of blocks, and of pictures only nearly between the upper two: what is made small is not
+// the squared error of codes alone, and of noise in which lines hardly help six partitions offer more light
+// to keep than one.
 TEST(Bc6hEncoder, NoPictureIsWorseAtAHigherQuality) {
   for (const HalfImage& source : {hostile_image(), night_image(256, 256, 2), noise_half_image(128, 128, 6, 2), city_lights(256, 256, 3)}) {
     const HalfImage image = storable(source);
@@ -157,9 +161,10 @@ TEST(Bc6hEncoder, NoPictureIsWorseAtAHigherQuality) {
   }
 }
 
-// Lamps in darkness on every level of a pyramid: the ends of a block have to reach from one to the other, so that each index is an octave
-// or more from the next, and what a single block does to the light is percents. Light is kept to 0.1 % where there are 64 blocks to it, all
-// channels together; one channel of them has a third of the numbers.
+// Lamps in darkness on every level of a pyramid: the ends of a block have to reach from one to the other, so
+// that each index is an octave or more from the next, and what a single block does to the light is percents.
+// Light is kept to 0.1 % where there are 64 blocks to it, all channels together; one channel of them has a
+// third of the numbers.
 TEST(Bc6hEncoder, LightOfLampsInTheDarkIsKeptOnEveryLevelAndAtEveryQuality) {
   for (const unsigned seed : {1U, 2U, 3U}) {
     HalfImage image = city_lights(512, 512, seed);

@@ -19,7 +19,8 @@ double light_of(std::uint16_t half) {
 std::uint16_t half_of(double light) {
   if (light >= 65504) return 0x7BFF;
   const int exponent = std::max(1, light > 0 ? std::ilogb(light) + 15 : 1);
-  // Mantissa with its leading one, or without it below 2^-14; a carry into the next octave is what it should be.
+  // Mantissa with its leading one, or without it below 2^-14; a carry into the next octave is what it should
+  // be.
   const auto mantissa = static_cast<int>(std::nearbyint(std::ldexp(light, 25 - exponent)));
   return static_cast<std::uint16_t>((exponent - 1) * 1024 + mantissa);
 }

@@ -142,7 +142,8 @@ Candidate partitioned(const Texels<n>& texels, std::uint32_t mode_number, std::s
   return candidate;
 }
 
-// Squared error of a line through the texels in `mask`, whose values have the block's rounded mean taken away.
+// Squared error of a line through the texels in `mask`, whose values have the block's rounded mean taken
+// away.
 template <std::size_t n>
 float off_line(const Texels<n>& centred, std::uint32_t mask) {
   float count = 0;

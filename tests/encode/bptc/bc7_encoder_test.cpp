@@ -29,8 +29,8 @@ RgbaTexels block_texels(const RgbaImage& image, std::size_t block) {
   return texels;
 }
 
-// Noise, photographs, flat and nearly flat blocks, two and three colours, ramps, with and without alpha: everything that takes another way
-// through the encoder.
+// Noise, photographs, flat and nearly flat blocks, two and three colours, ramps, with and without alpha:
+// everything that takes another way through the encoder.
 RgbaImage hostile_image() {
   RgbaImage image = photographic_alpha_image(4 * 37, 4 * 48, 3);
   std::mt19937 random(5);
@@ -159,9 +159,9 @@ TEST(Bc7Encoder, NeighboursDoNotChangeABlock) {
 }
 
 TEST(Bc7Encoder, GradientsStayNearTheIdealOfSixteenSteps) {
-  // A ramp from v to v + range in 16 steps, in the colours and in alpha: the 16 positions of mode 6 hit each step, to the rounding of the
-  // weights (1/128 of the range), of the ramp itself (1/2), of the decoder (1/2), and of the codes (1, since both ends share their lowest
-  // bit between the channels).
+  // A ramp from v to v + range in 16 steps, in the colours and in alpha: the 16 positions of mode 6 hit each
+  // step, to the rounding of the weights (1/128 of the range), of the ramp itself (1/2), of the decoder
+  // (1/2), and of the codes (1, since both ends share their lowest bit between the channels).
   for (const int range : {15, 30, 60, 120, 240}) {
     RgbaImage image(8, 4);
     for (std::size_t i = 0; i < 16; ++i) {
@@ -176,7 +176,8 @@ TEST(Bc7Encoder, GradientsStayNearTheIdealOfSixteenSteps) {
 }
 
 TEST(Bc7Encoder, TwoColorsAreWithinTheRoundingOfTheirCodes) {
-  // Mode 6 stores two colours with 7 bits and one lowest bit for all channels: each value is wrong by 1 at most.
+  // Mode 6 stores two colours with 7 bits and one lowest bit for all channels: each value is wrong by 1 at
+  // most.
   std::mt19937 random(6);
   RgbaImage image(4 * 512, 4);
   for (std::size_t block = 0; block < 512; ++block) {
@@ -191,9 +192,9 @@ TEST(Bc7Encoder, TwoColorsAreWithinTheRoundingOfTheirCodes) {
     for (const int error : bc7_block_errors(image, encoded_bc7(image, quality))) ASSERT_LE(error, 64);
 }
 
-// Squared error of a plain encoder of mode 6: the longest distance between two texels for a start, then eight rounds of least squares in
-// double, each end point rounded by itself with each pair of lowest bits (255 needs both to be 1); the best round counts. Texels take the
-// nearest position on the line.
+// Squared error of a plain encoder of mode 6: the longest distance between two texels for a start, then eight
+// rounds of least squares in double, each end point rounded by itself with each pair of lowest bits (255
+// needs both to be 1); the best round counts. Texels take the nearest position on the line.
 int plain_mode6_error(const RgbaTexels& texels) {
   using Ends = std::array<std::array<double, 4>, 2>;
   const bool is_opaque = std::all_of(texels.begin(), texels.end(), [](const auto& texel) { return texel[3] == 255; });
@@ -258,8 +259,8 @@ int plain_mode6_error(const RgbaTexels& texels) {
 double total(const std::vector<int>& errors) { return std::accumulate(errors.begin(), errors.end(), 0.0); }
 
 TEST(Bc7Encoder, EvenFastIsAboutPlainLeastSquaresInModeSix) {
-  // The plain encoder tries four times as many lowest bits and four times as many rounds: 2 % of squared error, 0.1 dB, is what that may
-  // buy.
+  // The plain encoder tries four times as many lowest bits and four times as many rounds: 2 % of squared
+  // error, 0.1 dB, is what that may buy.
   for (const RgbaImage& image : {RgbaImage(photographic_image(256, 256, 1)), photographic_alpha_image(256, 256, 1)}) {
     double plain = 0;
     for (std::size_t i = 0; i < image.width * image.height / 16; ++i) plain += plain_mode6_error(block_texels(image, i));
@@ -269,8 +270,8 @@ TEST(Bc7Encoder, EvenFastIsAboutPlainLeastSquaresInModeSix) {
 }
 
 TEST(Bc7Encoder, QualityOnPhotographs) {
-  // What it reaches, less 0.1 dB: a change that loses more is a fault. The second picture has half the contrast of the first, as plain
-  // country has it.
+  // What it reaches, less 0.1 dB: a change that loses more is a fault. The second picture has half the
+  // contrast of the first, as plain country has it.
   Image picture = photographic_image(512, 512, 1);
   const auto reached = [&](Quality quality) {
     const RgbaImage image(picture);

@@ -26,7 +26,8 @@ struct RgbaImage {
   [[nodiscard]] int get(std::size_t x, std::size_t y, std::size_t c) const { return std::to_integer<int>(rgba[(y * width + x) * 4 + c]); }
 };
 
-// The photograph of bc1_images.h with an alpha of its own: smooth in some parts, cut out with hard edges in others.
+// The photograph of bc1_images.h with an alpha of its own: smooth in some parts, cut out with hard edges in
+// others.
 [[nodiscard]] RgbaImage photographic_alpha_image(std::size_t width, std::size_t height, unsigned seed);
 [[nodiscard]] RgbaImage noise_rgba_image(std::size_t width, std::size_t height, unsigned seed);
 

@@ -21,7 +21,8 @@ using encode::BptcFormat;
 constexpr std::size_t kWidth = 2048;
 constexpr std::size_t kHeight = 1024;
 
-// Random bits, with the modes by turns forced into the first ones. A sixteenth has end points and indices of all zeros or all ones.
+// Random bits, with the modes by turns forced into the first ones. A sixteenth has end points and indices of
+// all zeros or all ones.
 std::vector<std::byte> random_blocks(std::span<const std::pair<unsigned, unsigned>> codes_and_bits) {
   std::mt19937_64 random(11);
   std::vector<std::byte> blocks(kWidth * kHeight);

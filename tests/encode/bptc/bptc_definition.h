@@ -1,5 +1,5 @@
-// Lines through texels for one block, without vectors: the plain definition of builder/encode/bptc/bptc_lanes-inl.h, in the same order of
-// operations, because floats are held bit for bit.
+// Lines through texels for one block, without vectors: the plain definition of
+// builder/encode/bptc/bptc_lanes-inl.h, in the same order of operations, because floats are held bit for bit.
 #pragma once
 
 #include <algorithm>

@@ -1,4 +1,5 @@
-// Layers that close around the globe: past +180 degrees lies -180, at every level and for every kind of layer.
+// Layers that close around the globe: past +180 degrees lies -180, at every level and for every kind of
+// layer.
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>
@@ -93,7 +94,8 @@ TEST(ClosedLayer, TilesThatArePlannedAgainAreThoseThatWereBuilt) {
   EXPECT_GT(kinds, 3);
 }
 
-// Where the seam lies decides nothing: a globe that is turned by half its columns has all levels of all its textures turned, to the bit.
+// Where the seam lies decides nothing: a globe that is turned by half its columns has all levels of all its
+// textures turned, to the bit.
 TEST(ClosedLayer, TurningTheGlobeTurnsEveryLevelOfEveryKindOfLayer) {
   const test::TempFolder folder;
   for (Case c : cases()) {

@@ -1,5 +1,5 @@
-// Colour layers as a whole: the mean of light on every level, which format is taken when none is named, what an opaque one shows where
-// there are no data.
+// Colour layers as a whole: the mean of light on every level, which format is taken when none is named, what
+// an opaque one shows where there are no data.
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>
@@ -44,7 +44,8 @@ LayerInfo layer_of(const std::filesystem::path& store) {
   return *reader->find_layer("color");
 }
 
-// Codes from 0 to `most`, correlated like a picture's: every texel near its neighbours, so that means lie between neighbouring codes.
+// Codes from 0 to `most`, correlated like a picture's: every texel near its neighbours, so that means lie
+// between neighbouring codes.
 Codes dark(int most) {
   return [most](std::int64_t x, std::int64_t y, int band) {
     const double wave = 0.5 + 0.3 * std::sin(0.05 * static_cast<double>(x + 31 * band)) * std::cos(0.04 * static_cast<double>(y)) +
@@ -53,8 +54,8 @@ Codes dark(int most) {
   };
 }
 
-// A sharp kernel rings below black beside a white frame, and codes cut that off: light that was not there. It is reported as what it is,
-// and the light that goes on to coarser levels has none of it.
+// A sharp kernel rings below black beside a white frame, and codes cut that off: light that was not there. It
+// is reported as what it is, and the light that goes on to coarser levels has none of it.
 TEST(ColorLayer, WhatSharpKernelsLoseIsInTheReport) {
   const test::TempFolder folder;
   const auto framed = [](std::int64_t x, std::int64_t y, int) { return std::min({x, y, 1023 - x, 1023 - y}) < 3 ? 255.0 : 60.0; };
@@ -79,10 +80,11 @@ TEST(ColorLayer, WhatSharpKernelsLoseIsInTheReport) {
   EXPECT_GT(worst, 0.01) << "nothing was cut off";
 }
 
-// A level of n numbers in steps of at most half of their light can be off by 0.5 / sqrt(12 n) by chance, of 2^14 numbers 0.11 %. On the
-// first coarser level every number is a mean of four whole codes: many lie half way between two codes, but for the curve between codes and
-// light, which puts them a little higher, so that they become the upper one. Of codes around 19, 4 % of their light apart, that is 0.5 % if
-// a quarter of all numbers do; the other levels have means of too many codes for that.
+// A level of n numbers in steps of at most half of their light can be off by 0.5 / sqrt(12 n) by chance, of
+// 2^14 numbers 0.11 %. On the first coarser level every number is a mean of four whole codes: many lie half
+// way between two codes, but for the curve between codes and light, which puts them a little higher, so that
+// they become the upper one. Of codes around 19, 4 % of their light apart, that is 0.5 % if a quarter of all
+// numbers do; the other levels have means of too many codes for that.
 TEST(ColorLayer, TheMeanLightOfDarkPicturesIsKeptOnEveryLevel) {
   for (const int most : {12, 38, 255}) {
     const test::TempFolder folder;
@@ -123,7 +125,8 @@ TEST(ColorLayer, ColumnsOfNeighbouringCodesKeepTheirMeanLight) {
   }
 }
 
-// End points of bc1 have 5 and 6 bits: next to black they cannot keep the light, and whoever builds the layer is told.
+// End points of bc1 have 5 and 6 bits: next to black they cannot keep the light, and whoever builds the layer
+// is told.
 TEST(ColorLayer, LightThatBlocksDoNotKeepIsSaid) {
   const test::TempFolder folder;
   write_raster(folder / "dark.tif", {.width = 512, .height = 512}, dark(12));

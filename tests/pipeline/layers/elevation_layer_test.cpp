@@ -1,5 +1,5 @@
-// Whole layers of heights: bounds that bound, vertices that neighbours share, codes that both sides of an edge decode alike, voids that
-// stay.
+// Whole layers of heights: bounds that bound, vertices that neighbours share, codes that both sides of an
+// edge decode alike, voids that stay.
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>
@@ -92,7 +92,8 @@ TEST(ElevationLayer, BoundsHoldEveryHeightUnderThemInEveryFormatKernelSizeAndBlo
                 const bool is_cut = kernel == std::string("box") && ((x + 1) << steps > size.width || (y + 1) << steps > size.height);
                 if (!is_cut) slack = std::max({slack, least - values.at(x, y, 0), values.at(x, y, 1) - greatest});
               }
-            // One step of the format at most: of floats none, of halves up to 1024 m half a metre, of codes over 2000 m 1/32 m.
+            // One step of the format at most: of floats none, of halves up to 1024 m half a metre, of codes
+            // over 2000 m 1/32 m.
             EXPECT_LE(slack, format == TexelFormat::kR32Float   ? 0.0
                              : format == TexelFormat::kR16Float ? 0.5
                                                                 : 1.0 / 32)
@@ -101,7 +102,8 @@ TEST(ElevationLayer, BoundsHoldEveryHeightUnderThemInEveryFormatKernelSizeAndBlo
         }
 }
 
-// Heights that no float is. Bounds are compared with the samples themselves; means and reported errors with sums in long double.
+// Heights that no float is. Bounds are compared with the samples themselves; means and reported errors with
+// sums in long double.
 TEST(ElevationLayer, WideHeightsAreBoundedOutwardAndReportedTruly) {
   using Height = std::function<double(std::int64_t, std::int64_t, int)>;
   struct Kind {
@@ -266,7 +268,8 @@ TEST(ElevationLayer, HeightsThatDoNotFitStopTheBuildAndAreNamed) {
   EXPECT_NE(report.error().message.find("row 20"), std::string::npos) << report.error().message;
 }
 
-// A slope that ends in a cut texel: the height at its centre would lie past the range, which was given for the heights that there are.
+// A slope that ends in a cut texel: the height at its centre would lie past the range, which was given for
+// the heights that there are.
 TEST(ElevationLayer, HeightsAtCutEdgesStayWithinTheRangeThatWasGiven) {
   const auto slope = [](std::int64_t x, std::int64_t, int) { return static_cast<double>(10 * x); };
   const test::TempFolder folder;
@@ -300,7 +303,8 @@ TEST(ElevationLayer, FillIsStoredButPullsNoMeanDown) {
       for (std::int64_t x = 0; x < with.width(); ++x)
         ASSERT_EQ(with.at(x, y), without.is_void(x, y) ? -3.0 : without.at(x, y)) << "level " << level << ": " << x << "," << y;
   }
-  // The base is filled, so its bounds are too: the void at columns 38 to 56 and rows 13 to 25 is partly under texel 2, 0 of 16 x 16.
+  // The base is filled, so its bounds are too: the void at columns 38 to 56 and rows 13 to 25 is partly under
+  // texel 2, 0 of 16 x 16.
   const LevelValues bounds(*filled.reader, *filled.reader->find_layer("elevation/bounds"), Level{0});
   EXPECT_EQ(bounds.at(2, 0, 0), -3.0);
   EXPECT_GT(bounds.at(0, 0, 0), 0.0);
@@ -358,7 +362,8 @@ TEST(ElevationLayer, TheSurfaceErrorOfEveryLevelIsTheLargestDifferenceFromTheFin
 }
 
 TEST(ElevationLayer, APlaneHasNoSurfaceErrorAwayFromItsEdge) {
-  // Bilinear surfaces through means of a plane are the plane; outside the outermost centres the surface goes on level.
+  // Bilinear surfaces through means of a plane are the plane; outside the outermost centres the surface goes
+  // on level.
   const Built b = built(spec_of(128, 128),
                         [](std::int64_t x, std::int64_t y, int) { return 3.0 * static_cast<double>(x) + 0.5 * static_cast<double>(y); },
                         TexelFormat::kR32Float, {{"surface-error", "yes"}});
@@ -386,8 +391,8 @@ TEST_P(RealTerrain, KeepsItsMeanAndItsVoids) {
   ASSERT_TRUE(reader.has_value());
   const LayerInfo& layer = *reader->find_layer("elevation");
   const LevelValues base(*reader, layer, layer.finest);
-  // For every level: its mean, weighed by how many finest texels with data each texel stands for, is the mean of the finest. Where the edge
-  // cuts a texel, its height is not a mean but that of its centre.
+  // For every level: its mean, weighed by how many finest texels with data each texel stands for, is the mean
+  // of the finest. Where the edge cuts a texel, its height is not a mean but that of its centre.
   for (int steps = 1; steps <= layer.finest.value; ++steps) {
     const Level level{static_cast<std::uint8_t>(layer.finest.value - steps)};
     const LevelValues values(*reader, layer, level);
@@ -422,7 +427,8 @@ TEST_P(RealTerrain, KeepsItsMeanAndItsVoids) {
         finest_count += count;
       }
     ASSERT_GT(finest_count, 0.0);
-    // One rounding of floats a level, in sums of heights below 2^13: 2^-11 m of each texel at most, and not all one way.
+    // One rounding of floats a level, in sums of heights below 2^13: 2^-11 m of each texel at most, and not
+    // all one way.
     EXPECT_NEAR(sum / finest_count, finest_sum / finest_count, 0x1p-11 * steps) << "level " << int{level.value};
   }
 }
@@ -430,7 +436,8 @@ TEST_P(RealTerrain, KeepsItsMeanAndItsVoids) {
 INSTANTIATE_TEST_SUITE_P(Files, RealTerrain,
                          ::testing::Values("swellendam_srtm_41_19_4326.tif", "everest_srtm_90m.tif", "mt_hood_lf_elev_220_utm.tif"));
 
-// A void that no tag declares is a height to the filter; a height that no place has is said, with how many there are and where.
+// A void that no tag declares is a height to the filter; a height that no place has is said, with how many
+// there are and where.
 TEST(ElevationLayer, HeightsOfNowhereAreSaid) {
   const test::TempFolder folder;
   RasterSpec spec = spec_of(300, 200);

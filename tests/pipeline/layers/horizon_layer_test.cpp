@@ -1,4 +1,5 @@
-// Whole layers of horizons: how well the stored mean and deviation tell which share of a coarse texel the sun reaches.
+// Whole layers of horizons: how well the stored mean and deviation tell which share of a coarse texel the sun
+// reaches.
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>
@@ -109,8 +110,8 @@ LitErrors lit_errors(Values& values, int steps) {
   return errors;
 }
 
-// Methods: the normal distribution of mean and deviation is nearer to the truth than the mean angle alone at every level: less than half as
-// far off where a texel holds sixteen and more.
+// Methods: the normal distribution of mean and deviation is nearer to the truth than the mean angle alone at
+// every level: less than half as far off where a texel holds sixteen and more.
 TEST(HorizonLayer, MeanAndDeviationTellTheLitFractionBetterThanTheMeanAngle) {
   BuiltHorizons built;
   build_horizons(built, kTerrainRaster, TexelFormat::kRgba16, terrain_angle);
@@ -121,7 +122,8 @@ TEST(HorizonLayer, MeanAndDeviationTellTheLitFractionBetterThanTheMeanAngle) {
     RecordProperty("level_" + std::to_string(steps) + "_mean_alone", std::to_string(errors.mean_alone));
     EXPECT_LT(errors.with_deviation, (steps == 1 ? 0.6 : 0.45) * errors.mean_alone) << "level " << steps;
   }
-  // At the finest level nothing is lost but half a step of 0.0027 degrees: a hundredth of the sun's deviation, whose density is 0.4.
+  // At the finest level nothing is lost but half a step of 0.0027 degrees: a hundredth of the sun's
+  // deviation, whose density is 0.4.
   EXPECT_LT(lit_errors(values, 0).with_deviation, 0.01 * 0.4 * 1.1);
 }
 

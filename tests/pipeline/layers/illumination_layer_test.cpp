@@ -1,4 +1,5 @@
-// Light maps as whole layers: the total of light is the same on every level, and what a format cuts off is said.
+// Light maps as whole layers: the total of light is the same on every level, and what a format cuts off is
+// said.
 #include <gtest/gtest.h>
 
 #include <limits>
@@ -58,8 +59,8 @@ double total_of(const RasterSpec& spec, const Light& light) {
 
 constexpr std::array kFormats{TexelFormat::kRgba32Float, TexelFormat::kRgba16Float, TexelFormat::kRgb9e5, TexelFormat::kBc6h};
 
-// The error of one number, relative, at most: 2^-11 for a half, 2^-9 for the mantissa of rgb9e5; end points of bc6h are 31 half codes apart, of which
-// 1024 are an octave.
+// The error of one number, relative, at most: 2^-11 for a half, 2^-9 for the mantissa of rgb9e5; end points
+// of bc6h are 31 half codes apart, of which 1024 are an octave.
 double half_step(TexelFormat format) {
   switch (format) {
     case TexelFormat::kRgba16Float:
@@ -78,7 +79,8 @@ double lamps(std::int64_t x, std::int64_t y, int band) {
   return std::exp2(static_cast<double>(hash_noise(x, y, band) % 20000) / 1000.0 - 5.0);
 }
 
-// Street lamps 10 m above the ground, every 37 m: inverse-square pools with the cosine of incidence, over a sky of 1/500 of the brightest.
+// Street lamps 10 m above the ground, every 37 m: inverse-square pools with the cosine of incidence, over a
+// sky of 1/500 of the brightest.
 double pools(std::int64_t x, std::int64_t y, int band) {
   const auto dx = static_cast<double>((x + 11) % 37 - 18);
   const auto dy = static_cast<double>((y + 7) % 37 - 18);
@@ -160,8 +162,8 @@ TEST(IlluminationLayer, WhatIsCutOffIsInTheMetadata) {
   }
 }
 
-// Radiance of a night in W/(m2 sr), lamps in 0.3 % of the texels over five decades: in halves' own range it is lost, the more so the
-// coarser the level.
+// Radiance of a night in W/(m2 sr), lamps in 0.3 % of the texels over five decades: in halves' own range it
+// is lost, the more so the coarser the level.
 double dim_lamps(std::int64_t x, std::int64_t y, int) {
   const std::uint32_t noise = hash_noise(x, y, 0);
   return noise % 1000 < 3 ? 1e-6 * std::exp(static_cast<double>(noise / 1000 % 12000) / 1000.0 - 6.0) : 0.0;
@@ -179,7 +181,8 @@ TEST(IlluminationLayer, LightInSmallUnitsIsKeptByAScaleThatReadersAreTold) {
     }
     EXPECT_EQ(layer.layer.components[3].scale, 1.0);
     for (std::size_t level = 0; level < layer.totals.size(); ++level) {
-      // Blocks of one lamp and darkness have ends 31 half codes apart; there are hundreds of them down to level 3.
+      // Blocks of one lamp and darkness have ends 31 half codes apart; there are hundreds of them down to
+      // level 3.
       const double rounding = format == TexelFormat::kBc6h ? (level > 2 ? 0.002 : half_step(format)) : std::max(0.001, half_step(format));
       EXPECT_NEAR(layer.totals[level] / truth, 1.0, rounding) << format_info(format).name << " level " << level;
     }

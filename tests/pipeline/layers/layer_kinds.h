@@ -28,7 +28,8 @@ inline double noisy_code(std::int64_t x, std::int64_t y, int band) {
   return (x / 3 + y / 5 + band * 40) % 200 + hash_noise(x, y, band) % 56;
 }
 
-// Once around the globe. 330 columns can be halved once, so the finer levels wrap at the seam and the coarser ones do not.
+// Once around the globe. 330 columns can be halved once, so the finer levels wrap at the seam and the coarser
+// ones do not.
 inline RasterSpec around_the_globe(std::int64_t width, std::int64_t height, int bands = 3, SampleType type = SampleType::kUint8,
                                    std::optional<double> nodata = std::nullopt) {
   const double step = 360.0 / static_cast<double>(width);
@@ -259,8 +260,8 @@ inline std::vector<Case> aligned_cases() {
   };
 }
 
-// Those of every channel again where each texel lies over several samples: in the source's own system at a ratio that is not whole, and
-// turned by a projection.
+// Those of every channel again where each texel lies over several samples: in the source's own system at a
+// ratio that is not whole, and turned by a projection.
 inline std::vector<Case> cases() {
   std::vector<Case> all = aligned_cases();
   const std::vector<Case> aligned = all;

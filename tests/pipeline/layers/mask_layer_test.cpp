@@ -55,7 +55,8 @@ TEST(MaskLayer, KeepsTheCoveredArea) {
         for (std::int64_t x = 0; x < values.width(); ++x) sum += values.at(x, y);
       const double mean = sum / static_cast<double>(values.width() * values.height());
       if (level == layer.finest.value) finest = mean;
-      // Rounding of n bytes leaves 0.29 / 255 / sqrt(n) rms, here 1024 and more: 0.00004; three of them. Blocks add their own error.
+      // Rounding of n bytes leaves 0.29 / 255 / sqrt(n) rms, here 1024 and more: 0.00004; three of them.
+      // Blocks add their own error.
       EXPECT_NEAR(mean, finest, format == TexelFormat::kBc4 ? 0.002 : 0.00012) << format_info(format).name << " level " << level;
     }
   }
@@ -80,7 +81,8 @@ TEST(MaskLayer, AlphaTestsKeepTheirAreaOnlyWhenAskedTo) {
     for (int level = layer.finest.value - 1; level >= 0; --level) {
       const Level l{static_cast<std::uint8_t>(level)};
       const LevelValues values(*kept, layer, l);
-      // Texels of equal means go together: half of them may be missed, and half a texel where there is but one.
+      // Texels of equal means go together: half of them may be missed, and half a texel where there is but
+      // one.
       const LevelValues means(*kept, *kept->find_layer("mask/mean"), l);
       std::map<double, int> equals;
       int most = 1;

@@ -1,4 +1,5 @@
-// Layers of classes, built whole and held to counting: whatever the level, the finest level's texels under each of its texels, one by one.
+// Layers of classes, built whole and held to counting: whatever the level, the finest level's texels under
+// each of its texels, one by one.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -174,8 +175,9 @@ TEST(MaterialLayer, EqualAreasGoToTheLowestClass) {
     EXPECT_EQ(samples.at(Level{static_cast<std::uint8_t>(level)}, 3, 5, 0, -1), 13);
 }
 
-// Class 9 holds three of four texels in every other square of four and class 2 two of four in the others. Each leads as many squares, so
-// from the second level on the majority of majorities would be the lower class, 2; but 9 has 3/8 of the area and 2 has 2/8.
+// Class 9 holds three of four texels in every other square of four and class 2 two of four in the others.
+// Each leads as many squares, so from the second level on the majority of majorities would be the lower
+// class, 2; but 9 has 3/8 of the area and 2 has 2/8.
 TEST(MaterialLayer, NoMajorityIsTakenOfMajorities) {
   const test::TempFolder folder;
   write_raster(folder / "classes.tif", {.width = 256, .height = 256, .bands = 1}, [](std::int64_t x, std::int64_t y, int) -> double {

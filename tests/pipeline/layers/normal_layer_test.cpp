@@ -105,8 +105,8 @@ TEST(NormalLayer, EveryLevelIsTheMeanOfTheFinestWithinItsQuantisation) {
   }
 }
 
-// Methods: shading a coarse level with the mean vector as it is (direction times length) comes nearer to the mean of the shading under it
-// than with the direction alone, and the more so the coarser the level.
+// Methods: shading a coarse level with the mean vector as it is (direction times length) comes nearer to the
+// mean of the shading under it than with the direction alone, and the more so the coarser the level.
 TEST(NormalLayer, TheLengthBringsShadingNearerToTheMeanOfTheShading) {
   constexpr std::int64_t kWidth = 256;
   std::vector<std::array<double, 3>> normals;
@@ -191,7 +191,8 @@ TEST(NormalLayer, HowItIsCutIntoBlocksShowsInNoPart) {
     EXPECT_TRUE(tiles_of(folder / "whole.vts", name) == tiles_of(folder / "blocks.vts", name)) << name;
 }
 
-// Sizes and contents at which loops and normalisations break: they build, and nothing is stored that is not a direction.
+// Sizes and contents at which loops and normalisations break: they build, and nothing is stored that is not a
+// direction.
 TEST(NormalLayer, DegenerateInputsBuild) {
   const double nan = std::nan("");
   const double inf = std::numeric_limits<double>::infinity();

@@ -1,4 +1,5 @@
-// Sensor layers as a whole: the mean radiance is the same on every level, whatever is stored, and real thermal rasters go through.
+// Sensor layers as a whole: the mean radiance is the same on every level, whatever is stored, and real
+// thermal rasters go through.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -110,7 +111,8 @@ TEST(SensorLayer, TwentyLevelsKeepTheMeanOfASmallPlaceInALargeArea) {
   for (const std::vector<double>& level : layer.values) EXPECT_NEAR(mean_of(level) / finest, 1.0, 20 * std::ldexp(1.0, -24));
 }
 
-// The void of a raster that does not declare it, as people find them: the largest float. Four of them have no sum.
+// The void of a raster that does not declare it, as people find them: the largest float. Four of them have no
+// sum.
 TEST(SensorLayer, AnInfiniteSumIsAnErrorThatSaysWhatToDo) {
   const RasterSpec spec{.width = 48, .height = 40, .bands = 1, .type = SampleType::kFloat32};
   constexpr double kLargest = std::numeric_limits<float>::max();
@@ -135,8 +137,8 @@ TEST(SensorLayer, AnInfiniteSumIsAnErrorThatSaysWhatToDo) {
     for (const double value : level) EXPECT_TRUE(std::isnan(value) || value < 400.0);
 }
 
-// Doubles, and integers that no float is: means over all finest samples in long double, level by level. A code is off by half of its step;
-// what is reported is that, not less.
+// Doubles, and integers that no float is: means over all finest samples in long double, level by level. A
+// code is off by half of its step; what is reported is that, not less.
 TEST(SensorLayer, WideSamplesAreAveragedAndReportedInDoublePrecision) {
   const test::TempFolder folder;
   const RasterSpec spec{.width = 64, .height = 32, .bands = 1, .type = SampleType::kFloat64};
@@ -174,8 +176,8 @@ TEST(SensorLayer, WideSamplesAreAveragedAndReportedInDoublePrecision) {
   }
 }
 
-// Said once, at the end of the build, with a count and a place, also when the build was interrupted and what was cut off lay in the part
-// that an earlier run had done.
+// Said once, at the end of the build, with a count and a place, also when the build was interrupted and what
+// was cut off lay in the part that an earlier run had done.
 TEST(SensorLayer, WhatIsCutOffIsSaidWhileBuilding) {
   const test::TempFolder folder;
   const RasterSpec spec{.width = 300, .height = 200, .bands = 1, .type = SampleType::kFloat32};
@@ -259,7 +261,8 @@ TEST(SensorLayer, HolesAndDegenerateSizesBuild) {
   }
 }
 
-// Half of the area is class 3, the other half class 17, pixel by pixel: at the coarsest level their curves are mixed, at every hour.
+// Half of the area is class 3, the other half class 17, pixel by pixel: at the coarsest level their curves
+// are mixed, at every hour.
 TEST(SensorLayer, AThermalBasisGivesTheMixturesTemperatureAtEveryHour) {
   const test::TempFolder folder;
   write_raster(folder / "classes.tif", {.width = 64, .height = 64, .bands = 1},
@@ -327,7 +330,8 @@ TEST(SensorLayer, RealThermalBandsKeepTheirMeanRadiance) {
     }
     means.push_back(mean_of(radiance));
   }
-  // The edges' texels cover less than a whole one; down to 16 of them that shifts the mean by less than 1 %, of whole ones nothing.
+  // The edges' texels cover less than a whole one; down to 16 of them that shifts the mean by less than 1 %,
+  // of whole ones nothing.
   EXPECT_NEAR(means.end()[-2] / means.back(), 1.0, 0.001);
   EXPECT_NEAR(means[1] / means.back(), 1.0, 0.01);
   for (const auto& row : layer.metadata.at("quality").at(0).at("levels")) EXPECT_NEAR(row.at("kept").get<double>(), 1.0, 1e-6);

@@ -183,7 +183,8 @@ TEST(Codec, RefusesEveryTruncationOfAPredictedPayload) {
   }
 }
 
-// The record's checksum finds damage; here the decoder stands alone, and must only keep to its buffers and to its kinds of error.
+// The record's checksum finds damage; here the decoder stands alone, and must only keep to its buffers and to
+// its kinds of error.
 TEST(Codec, SurvivesEveryBitFlipOfAPredictedPayload) {
   for (const TexelFormat format : kPredictable) {
     const TileShape shape = tile_shape(format, 16);

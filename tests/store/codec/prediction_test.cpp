@@ -1,4 +1,5 @@
-// Predictors against the definition in tests/support/naive_prediction.h, over every predictor, shape and kind of content.
+// Predictors against the definition in tests/support/naive_prediction.h, over every predictor, shape and kind
+// of content.
 #include "store/codec/prediction.h"
 
 #include <gtest/gtest.h>
@@ -169,7 +170,8 @@ TEST(Prediction, KeepsTheBitsOfEveryHalfAndEveryCode) {
   }
 }
 
-// A surface that goes through zero: in the order of the floats its halves step evenly, as codes they would jump by 32768.
+// A surface that goes through zero: in the order of the floats its halves step evenly, as codes they would
+// jump by 32768.
 TEST(Prediction, HalvesOfBothSignsAreNeighbours) {
   const TileShape shape = tile_shape(TexelFormat::kR16Float, 64);
   Bytes raw(shape.raw_bytes());

@@ -1,4 +1,5 @@
-// Catalogs take turns in two places, and nothing else in the file is ever overwritten, whatever a superblock says.
+// Catalogs take turns in two places, and nothing else in the file is ever overwritten, whatever a superblock
+// says.
 #include "store/index/catalog_space.h"
 
 #include <gmock/gmock.h>
@@ -76,8 +77,8 @@ TEST_F(CatalogSpaceTest, ManySmallLayersAreNotBuriedUnderOldCatalogs) {
   }
   const std::uint64_t catalog = newest_of(path).catalog.record_bytes();
   EXPECT_GT(catalog, 300000U);
-  // Appended one after the other, they were 600 times half of the last one. Places that grow by half are three times as much as the last
-  // ones, which have half of it to spare; and there are two.
+  // Appended one after the other, they were 600 times half of the last one. Places that grow by half are
+  // three times as much as the last ones, which have half of it to spare; and there are two.
   const std::uint64_t others = 200 * (128 + 256 + 4096);
   EXPECT_LT(std::filesystem::file_size(path), 2 * 3 * (catalog + catalog / 2) + others);
   EXPECT_TRUE(value_of(validate(path)).ok());

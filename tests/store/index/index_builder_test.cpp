@@ -16,8 +16,8 @@ using namespace test;
 
 using PageName = std::pair<std::uint64_t, int>;  // key and height
 
-// Where a page lies follows from its name alone, so that two indexes with the same entries have the same bytes whatever the order in which
-// their pages were written.
+// Where a page lies follows from its name alone, so that two indexes with the same entries have the same
+// bytes whatever the order in which their pages were written.
 Reference reference_to(const PageName& name, std::span<const std::byte> payload) {
   return {.offset = kLogStart + kRecordAlignment * (name.first * 8 + static_cast<std::uint64_t>(name.second)) % (kMaxFileBytes / 2),
           .stored_bytes = static_cast<std::uint32_t>(payload.size()),

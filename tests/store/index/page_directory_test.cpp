@@ -1,4 +1,5 @@
-// The reader's memory of checked pages, through the reader: look-ups one by one and many at once, against what was written.
+// The reader's memory of checked pages, through the reader: look-ups one by one and many at once, against
+// what was written.
 #include "store/index/page_directory.h"
 
 #include <gmock/gmock.h>
@@ -16,7 +17,8 @@ namespace {
 
 using namespace test;
 
-// Levels 0 to 7 whole but for a few holes, and scattered tiles down to level 23: full leaves, full inner pages and sparse ones.
+// Levels 0 to 7 whole but for a few holes, and scattered tiles down to level 23: full leaves, full inner
+// pages and sparse ones.
 struct LookupTest : testing::Test {
   TempFolder folder;
   std::filesystem::path path = folder / "a.vts";
@@ -104,8 +106,8 @@ TEST_F(LookupTest, ManyThreadsMayFillOneReadersMemory) {
 }
 
 TEST_F(LookupTest, ADamagedPageIsNeverTrustedWhoeverAsks) {
-  // The page that holds the first tile of level 7, and all pages after it in the file, lose a bit each: every look-up that needs one says
-  // so, every time.
+  // The page that holds the first tile of level 7, and all pages after it in the file, lose a bit each: every
+  // look-up that needs one says so, every time.
   const Bytes whole = read_file(path);
   std::vector<std::uint64_t> leaves;
   for (std::uint64_t at = kLogStart; at + kRecordHeaderBytes <= whole.size(); at += kRecordAlignment)

@@ -191,7 +191,8 @@ TEST_F(FileBeside, AWriterWhoseStoreWasReplacedSaysSo) {
 // ---- Leftovers ----
 
 struct Leftovers : FileBeside {
-  // A child that packs, or creates, and dies at its operation number `die_at`. False when it came to its end before.
+  // A child that packs, or creates, and dies at its operation number `die_at`. False when it came to its end
+  // before.
   bool kill_at(std::size_t die_at, bool in_place) {
     const pid_t child = fork();
     if (child == 0) {

@@ -1,4 +1,5 @@
-// Every texel format has its row in every table of store/. (A table without a row does not compile; here it is seen to work.)
+// Every texel format has its row in every table of store/. (A table without a row does not compile; here it
+// is seen to work.)
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -47,8 +48,8 @@ TEST(FormatTables, EveryFormatWithSamplesIsDecodedWhole) {
 TEST(FormatTables, EveryBlockFormatIsEnlarged) {
   for (const FormatInfo& info : kTexelFormats) {
     if (!is_block_format(info)) continue;
-    // All bits zero is black in bc1 to bc5; in bc6h it is black of mode 0, and in bc7, whose mode 0 has its lowest bit set, two subsets of
-    // it.
+    // All bits zero is black in bc1 to bc5; in bc6h it is black of mode 0, and in bc7, whose mode 0 has its
+    // lowest bit set, two subsets of it.
     std::vector<std::byte> coarse(info.block_bytes);
     coarse[0] = info.format == TexelFormat::kBc7 ? std::byte{2} : std::byte{0};
     std::vector<float> wanted(16UL * info.channels);

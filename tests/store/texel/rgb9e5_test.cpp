@@ -22,8 +22,8 @@ std::uint32_t packed_by_definition(double r, double g, double b) {
 }
 
 TEST(Rgb9e5, EveryCanonicalCodeComesBack) {
-  // All exponents and all pairs of mantissas in each pair of channels, the third channel anywhere not above the brighter. Canonical: the
-  // brightest mantissa uses its highest bit, or the exponent is 0.
+  // All exponents and all pairs of mantissas in each pair of channels, the third channel anywhere not above
+  // the brighter. Canonical: the brightest mantissa uses its highest bit, or the exponent is 0.
   std::mt19937 random(1);
   for (std::uint32_t exponent = 0; exponent < 32; ++exponent) {
     for (std::uint32_t p = 0; p < 512; ++p) {
@@ -51,7 +51,8 @@ TEST(Rgb9e5, EveryCanonicalCodeComesBack) {
 TEST(Rgb9e5, RandomFloatsAsTheDefinitionInDoubles) {
   std::mt19937 random(2);
   for (int i = 0; i < 2000000; ++i) {
-    // Any bits at all, or three numbers of like size, or numbers a few units of the last place from where rounding turns.
+    // Any bits at all, or three numbers of like size, or numbers a few units of the last place from where
+    // rounding turns.
     std::array<float, 3> color{};
     for (float& value : color) value = std::bit_cast<float>(static_cast<std::uint32_t>(random()));
     if (i % 3 == 1) {

@@ -1,4 +1,5 @@
-// Samples of every format against values written down by hand or computed from the format's definition; and blocks of one colour.
+// Samples of every format against values written down by hand or computed from the format's definition; and
+// blocks of one colour.
 #include "store/texel/texel_decoder.h"
 
 #include <gtest/gtest.h>

@@ -1,5 +1,5 @@
-// vtbench accuracy: what each kernel, format and compression costs in time and gives in fidelity, beside other tools, on one scene that
-// everybody can make.
+// vtbench accuracy: what each kernel, format and compression costs in time and gives in fidelity, beside
+// other tools, on one scene that everybody can make.
 
 #include <fmt/format.h>
 

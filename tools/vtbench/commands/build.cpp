@@ -1,5 +1,5 @@
-// vtbench build: whole builds of one raster as child processes, ours and other tools' in turn, and the parts that no builder can do
-// without.
+// vtbench build: whole builds of one raster as child processes, ours and other tools' in turn, and the parts
+// that no builder can do without.
 
 #include <fmt/format.h>
 
@@ -51,7 +51,8 @@ Result<int> run(const BenchBuildFlags& flags) {
   warn_about_conditions();
   VT_ASSIGN(const ScratchFolder scratch, ScratchFolder::create(flags.scratch));
   setting.scratch = scratch.path();
-  // Results are removed at once, so the room for the largest one, with a copy of the input, is enough; twice that to be safe.
+  // Results are removed at once, so the room for the largest one, with a copy of the input, is enough; twice
+  // that to be safe.
   VT_CHECK(check_room(scratch.path(), 2.0 * (static_cast<double>(input.file_bytes) + 4.0 / 3.0 * input.raw_bytes)));
   std::vector<Contender> contenders = contenders_for(input, setting);
   for (Contender& contender : contenders) contender.version = version_of(contender, scratch.path());

@@ -1,4 +1,5 @@
-// vtbench channels: how fast each channel type is built in each of its formats, on rasters made for it, beside gdaladdo on the same raster.
+// vtbench channels: how fast each channel type is built in each of its formats, on rasters made for it,
+// beside gdaladdo on the same raster.
 
 #include <fmt/format.h>
 

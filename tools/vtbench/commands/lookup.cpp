@@ -1,5 +1,6 @@
-// vtbench lookup: how long a reader takes to find a tile in a large index, beside key-value stores with the same keys; what opening and
-// updating such an index takes; and how long it takes to hand out a tile's texels.
+// vtbench lookup: how long a reader takes to find a tile in a large index, beside key-value stores with the
+// same keys; what opening and updating such an index takes; and how long it takes to hand out a tile's
+// texels.
 
 #include <fmt/format.h>
 #include <unistd.h>
@@ -155,7 +156,8 @@ Result<Spread> measure_latency(const store::StoreReader& reader, LayerId layer, 
   });
 }
 
-// What the memory takes for one line anywhere in the index, each waiting for the one before: no look-up that has to go there is faster.
+// What the memory takes for one line anywhere in the index, each waiting for the one before: no look-up that
+// has to go there is faster.
 Result<Spread> measure_memory(const std::filesystem::path& path, int runs) {
   VT_ASSIGN(const store::File file, store::File::open(path, store::File::Mode::kRead));
   VT_ASSIGN(const std::uint64_t bytes, file.size());

@@ -125,7 +125,8 @@ Result<LevelValues> values_of_file(const std::filesystem::path& path) {
   return values;
 }
 
-// nullopt: the tool made no such pyramid, or gdal_translate cannot read it; the message is the tool's own affair.
+// nullopt: the tool made no such pyramid, or gdal_translate cannot read it; the message is the tool's own
+// affair.
 Result<std::optional<Pyramid>> levels_of_file(const std::filesystem::path& path, std::size_t overviews, const std::filesystem::path& gdal,
                                               const ScratchFolder& scratch) {
   Pyramid pyramid;

@@ -1,4 +1,5 @@
-// vtbench sizes: the same job on inputs from a quarter to many gigapixels: does the memory stay, does the rate stay?
+// vtbench sizes: the same job on inputs from a quarter to many gigapixels: does the memory stay, does the
+// rate stay?
 
 #include <fmt/format.h>
 
@@ -26,7 +27,8 @@ struct SizesFlags {
   ResultFlags results;
 };
 
-// Texels along an edge of a square of 2^30 texels times `gigapixels`, whole tiles of a store and at least one.
+// Texels along an edge of a square of 2^30 texels times `gigapixels`, whole tiles of a store and at least
+// one.
 std::int64_t edge_for(double gigapixels) {
   constexpr std::int64_t kTile = 256;
   return kTile * std::max<std::int64_t>(static_cast<std::int64_t>(std::lround(std::sqrt(gigapixels * std::pow(2.0, 30)) / kTile)), 1);
@@ -44,7 +46,8 @@ Result<Size> measure(double gigapixels, const source::RasterSource& image, const
   Size size;
   size.edge = edge_for(gigapixels);
   VT_ASSIGN(const std::uint32_t stored, pool_tiles(image.info()));
-  // BC1 has half a byte a texel, a pyramid 4/3 of its base; zstd and what the carry takes beside stay below that.
+  // BC1 has half a byte a texel, a pyramid 4/3 of its base; zstd and what the carry takes beside stay below
+  // that.
   const double wanted = kPoolBytes + 0.5 * 4.0 / 3.0 * size.megapixels() * 1e6 + 64.0 * kMib;
   if (const auto room = check_room(setting.scratch, wanted); !room) {
     cli::print_note("vtbench", fmt::format("{} x {} left out: {}", size.edge, size.edge, room.error().message));

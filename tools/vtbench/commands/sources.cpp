@@ -49,7 +49,8 @@ constexpr std::array<FileKind, 8> kKinds = {{
     {"PNG", "samples.png", 0, 16, Compression::kNone, true},
 }};
 
-// The middle of `image`, by rows of one tile, so that little is in memory (but libtiff's own buffer of a whole strip).
+// The middle of `image`, by rows of one tile, so that little is in memory (but libtiff's own buffer of a
+// whole strip).
 Result<void> write_tiff(const std::filesystem::path& path, const FileKind& kind, const source::RasterSource& image,
                         const source::Window& window) {
   source::GeoTiffSpec spec;

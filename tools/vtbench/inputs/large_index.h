@@ -1,5 +1,6 @@
-// A large index without pictures: as many tiles as wanted, all of one of a few values, in a complete pyramid. The bulk builder writes it
-// straight into a new store, so that even 10^9 tiles take seconds and the 16 bytes a tile that the index takes anyway.
+// A large index without pictures: as many tiles as wanted, all of one of a few values, in a complete pyramid.
+// The bulk builder writes it straight into a new store, so that even 10^9 tiles take seconds and the 16 bytes
+// a tile that the index takes anyway.
 #pragma once
 
 #include <cstdint>
@@ -36,8 +37,9 @@ class IndexShape {
   std::uint64_t side_ = 1;
 };
 
-// What an image generator asks for that flies over the finest level: random tiles of the five finest levels, each within 32 tiles of where
-// the eye is, which goes on by a tile every 16 look-ups and turns round at the edge.
+// What an image generator asks for that flies over the finest level: random tiles of the five finest levels,
+// each within 32 tiles of where the eye is, which goes on by a tile every 16 look-ups and turns round at the
+// edge.
 [[nodiscard]] std::vector<TileId> flight(const IndexShape& shape, std::size_t count, std::mt19937_64& random);
 [[nodiscard]] std::vector<TileId> anywhere(const IndexShape& shape, std::size_t count, std::mt19937_64& random);
 

@@ -172,7 +172,8 @@ ScoreCase odd_ramp(bool along_rows) {
   c.overviews = kOverviews;
   c.judge = [along_rows, length](const Pyramid& p) {
     const auto texels = [&](const LevelValues& level) { return along_rows ? level.width : level.height; };
-    // Texels may be 2^level fine ones wide, the last cut off, or stretched over the whole ramp; what fits better is taken to be meant.
+    // Texels may be 2^level fine ones wide, the last cut off, or stretched over the whole ramp; what fits
+    // better is taken to be meant.
     const auto errors = [&](bool stretched) {
       std::array<double, 2> worst{};
       for (std::size_t k = 1; k <= kOverviews; ++k) {

@@ -1,5 +1,5 @@
-// The cases that pyramid builders get wrong: for each a small raster, the answer by analysis, and how the answer is read from a pyramid.
-// Knows nothing of how pyramids are built.
+// The cases that pyramid builders get wrong: for each a small raster, the answer by analysis, and how the
+// answer is read from a pyramid. Knows nothing of how pyramids are built.
 #pragma once
 
 #include <cstdint>
@@ -29,7 +29,8 @@ using Pyramid = std::vector<LevelValues>;
 // The answers of one store, by layer.
 using Pyramids = std::map<std::string, Pyramid>;
 
-// How another tool is to be run: `kernel` for gdaladdo -r, arguments for the others; in the words of the table.
+// How another tool is to be run: `kernel` for gdaladdo -r, arguments for the others; in the words of the
+// table.
 struct PeerRun {
   std::string label;
   std::vector<std::string> arguments;

@@ -34,7 +34,8 @@ class Directory {
     add<T>(tag, type, std::span<const T>(&value, 1));
   }
 
-  // The bytes of the directory when it lies at `offset` of the file. Tags have been added in rising order, as TIFF demands.
+  // The bytes of the directory when it lies at `offset` of the file. Tags have been added in rising order, as
+  // TIFF demands.
   [[nodiscard]] std::vector<std::byte> bytes(std::uint64_t offset) const {
     constexpr std::size_t kEntry = 20;
     std::vector<std::byte> out(8 + entries_.size() * kEntry + 8);

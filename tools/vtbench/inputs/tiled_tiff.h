@@ -1,5 +1,6 @@
-// Writes BigTIFFs of uncompressed RGB8 tiles whose table may name one stored tile many times: a legal file that is as large as one likes
-// in texels and small on the disk. For measuring, where the size must be real and the pictures need not; nothing else should use it.
+// Writes BigTIFFs of uncompressed RGB8 tiles whose table may name one stored tile many times: a legal file
+// that is as large as one likes in texels and small on the disk. For measuring, where the size must be real
+// and the pictures need not; nothing else should use it.
 #pragma once
 
 #include <cstddef>
@@ -33,7 +34,8 @@ class TiledTiffWriter {
 
   // `rgb` is tile * tile * 3 bytes, rows north to south. Stored tiles are counted from 0.
   [[nodiscard]] Result<void> add_tile(std::span<const std::byte> rgb);
-  // `table` has columns() * rows() entries, row by row from the north-west: which stored tile lies there. Nothing is synced.
+  // `table` has columns() * rows() entries, row by row from the north-west: which stored tile lies there.
+  // Nothing is synced.
   [[nodiscard]] Result<void> finish(std::span<const std::uint32_t> table);
 
  private:
@@ -45,8 +47,8 @@ class TiledTiffWriter {
   std::uint32_t stored_ = 0;
 };
 
-// A table of columns * rows entries below `stored` (at least 3), pseudo-random and always the same; no tile is the one to its west or
-// north.
+// A table of columns * rows entries below `stored` (at least 3), pseudo-random and always the same; no tile
+// is the one to its west or north.
 [[nodiscard]] std::vector<std::uint32_t> scattered_tiles(std::int64_t columns, std::int64_t rows, std::uint32_t stored);
 
 }  // namespace vt::bench

@@ -1,5 +1,5 @@
-// The scene on which speed is set against error: its file, its exact pyramids, and how far the levels of a store or of another tool's
-// file are from them.
+// The scene on which speed is set against error: its file, its exact pyramids, and how far the levels of a
+// store or of another tool's file are from them.
 #pragma once
 
 #include <cstdint>
@@ -32,7 +32,8 @@ struct Truth {
 
 // The base first, then `overviews` levels. kUnsupported when the layer is neither RGB8 nor BC1.
 [[nodiscard]] Result<std::vector<Codes>> levels_of_store(const std::filesystem::path& path, std::size_t overviews);
-// The same of a TIFF with overviews, through the `gdal_translate` at `gdal`; `scratch` takes one level at a time.
+// The same of a TIFF with overviews, through the `gdal_translate` at `gdal`; `scratch` takes one level at a
+// time.
 [[nodiscard]] Result<std::vector<Codes>> levels_of_tiff(const std::filesystem::path& path, std::size_t overviews,
                                                         const std::filesystem::path& gdal, const std::filesystem::path& scratch);
 

@@ -35,7 +35,8 @@ std::int64_t mirrored(std::int64_t i, std::int64_t count) {
   return i < count ? i : period - 1 - i;
 }
 
-// `lines` lines of `length` values; value i of line n is at n * line_step + i * value_step. Sums are of the weights' type.
+// `lines` lines of `length` values; value i of line n is at n * line_step + i * value_step. Sums are of the
+// weights' type.
 template <class Real>
 void halve_lines(const std::vector<double>& in, std::int64_t lines, std::int64_t length, std::int64_t in_line, std::int64_t in_step,
                  std::vector<double>& out, std::int64_t out_line, std::int64_t out_step, std::span<const Real> weights) {

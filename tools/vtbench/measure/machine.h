@@ -15,7 +15,8 @@ namespace vt::bench {
 
 inline constexpr double kMib = 1024.0 * 1024.0;
 
-// What a figure must be read with. No date and no host name: results of the same machine compare equal as text.
+// What a figure must be read with. No date and no host name: results of the same machine compare equal as
+// text.
 struct Machine {
   std::string cpu;
   int cores = 0;  // that the process may run on

@@ -23,7 +23,8 @@ constexpr std::size_t kTransfer = std::size_t{1} << 20;  // bytes a write call
 
 using Tiles = std::vector<std::vector<std::byte>>;
 
-// Whole tiles of one level; what is left over at its east and south edge is not kept. A level smaller than a tile fills the corner of one.
+// Whole tiles of one level; what is left over at its east and south edge is not kept. A level smaller than a
+// tile fills the corner of one.
 struct LevelTiles {
   std::int64_t columns = 0;
   std::int64_t rows = 0;

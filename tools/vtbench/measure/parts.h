@@ -1,6 +1,7 @@
-// The parts of a build that no builder can do without, each alone, on one thread, with everything in memory or in the page cache: reading
-// the samples, filtering, block encoding, compressing, writing the output's bytes; and what this builder does besides, hashing. Every part
-// runs the very code that a build runs. What a build takes beyond their sum (divided by the threads) is what the pipeline costs.
+// The parts of a build that no builder can do without, each alone, on one thread, with everything in memory
+// or in the page cache: reading the samples, filtering, block encoding, compressing, writing the output's
+// bytes; and what this builder does besides, hashing. Every part runs the very code that a build runs. What a
+// build takes beyond their sum (divided by the threads) is what the pipeline costs.
 #pragma once
 
 #include <cstdint>
@@ -32,8 +33,9 @@ struct PartSeconds {
   [[nodiscard]] double least_seconds(int threads) const { return (read + filter + encode + compress + write) / threads; }
 };
 
-// Reading, hashing, writing and syncing go over all bytes. The rest is measured on a window of at most 4096 x 4096 texels from the middle
-// of the input and scaled by the number of texels. Each part is the median of `runs`.
+// Reading, hashing, writing and syncing go over all bytes. The rest is measured on a window of at most 4096 x
+// 4096 texels from the middle of the input and scaled by the number of texels. Each part is the median of
+// `runs`.
 class PartsBench {
  public:
   [[nodiscard]] static Result<PartsBench> prepare(const std::filesystem::path& input, const std::filesystem::path& scratch, int runs);

@@ -1,4 +1,5 @@
-// Runs contenders and keeps what is measured from outside: seconds, memory, bytes, and what it takes to get those bytes onto the disk.
+// Runs contenders and keeps what is measured from outside: seconds, memory, bytes, and what it takes to get
+// those bytes onto the disk.
 #pragma once
 
 #include <cstdint>
@@ -24,21 +25,23 @@ struct Measured {
   [[nodiscard]] double sync_median() const { return spread_of(sync_seconds).median; }
 };
 
-// Runs to the end. Anything but exit code 0 is an error with the program's messages, and Ctrl-C is kCancelled.
+// Runs to the end. Anything but exit code 0 is an error with the program's messages, and Ctrl-C is
+// kCancelled.
 [[nodiscard]] Result<ChildRun> run_checked(const ChildCommand& command);
 
-// Removes an older result, makes the copy to start from, runs, syncs the result, which then lies at `contender.result`. A program that
-// fails is an error with its messages.
+// Removes an older result, makes the copy to start from, runs, syncs the result, which then lies at
+// `contender.result`. A program that fails is an error with its messages.
 [[nodiscard]] Result<void> run_and_keep(const Contender& contender, Measured& measured);
 // The same, and removes the result.
 [[nodiscard]] Result<void> run_once(const Contender& contender, Measured& measured);
 
-// What a failure of `contender` means for a comparison: ours, and Ctrl-C, end it; a peer is noted on standard error, marked as failed and
-// left out from then on.
+// What a failure of `contender` means for a comparison: ours, and Ctrl-C, end it; a peer is noted on standard
+// error, marked as failed and left out from then on.
 [[nodiscard]] Result<void> accept_failure(const Contender& contender, const Error& error, Measured& measured);
 
-// `runs` rounds in which every contender has its turn, so that a slow minute of the machine falls on all of them. A peer that took more
-// than ten times as long as our build of the same job runs once only. One note a run on standard error.
+// `runs` rounds in which every contender has its turn, so that a slow minute of the machine falls on all of
+// them. A peer that took more than ten times as long as our build of the same job runs once only. One note a
+// run on standard error.
 [[nodiscard]] Result<std::vector<Measured>> run_in_turn(const std::vector<Contender>& contenders, int runs);
 
 // The first line of `program --version`; "unknown" when it has none.

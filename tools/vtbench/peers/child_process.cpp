@@ -14,7 +14,8 @@
 namespace vt::bench {
 namespace {
 
-// In the child, between fork and exec, where only calls that are safe in a signal handler are allowed. Returns only on failure.
+// In the child, between fork and exec, where only calls that are safe in a signal handler are allowed.
+// Returns only on failure.
 void become(const char* const* arguments, const char* const* environment, const char* output, const char* errors, bool one_file) {
   const int out = ::open(output, O_WRONLY | O_CREAT | O_TRUNC, 0644);
   const int err = one_file ? out : ::open(errors, O_WRONLY | O_CREAT | O_TRUNC, 0644);

@@ -23,15 +23,18 @@ struct ChildRun {
   int exit_code = 0;  // 128 + signal when it was killed
   double seconds = 0.0;
   double processor_seconds = 0.0;  // user and system, all threads
-  // The system counts a program's peak from the fork on, so it is never below the private memory of this process (some 45 MiB, most of it
-  // tables of shared libraries): measure children before allocating anything large. smallest_peak_bytes() says how much it is.
+  // The system counts a program's peak from the fork on, so it is never below the private memory of this
+  // process (some 45 MiB, most of it tables of shared libraries): measure children before allocating anything
+  // large. smallest_peak_bytes() says how much it is.
   std::uint64_t peak_bytes = 0;
 };
 
-// Waits for the end. kIo when the program cannot be started; an exit code other than 0 is for the caller to judge.
+// Waits for the end. kIo when the program cannot be started; an exit code other than 0 is for the caller to
+// judge.
 [[nodiscard]] Result<ChildRun> run_child(const ChildCommand& command);
 
-// The peak of a program that does nothing: what cannot be told from our own memory. 0 when even that cannot be run.
+// The peak of a program that does nothing: what cannot be told from our own memory. 0 when even that cannot
+// be run.
 [[nodiscard]] std::uint64_t smallest_peak_bytes();
 
 // As a shell would find it; nullopt when it is not installed.

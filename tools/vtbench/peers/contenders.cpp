@@ -136,7 +136,8 @@ std::optional<Contender> vips_pyramid(const Input& input, const Setting& setting
   return vips;
 }
 
-// GDAL: filters codes; adds overviews to a file and leaves its finest level alone, as it is and as it is compressed.
+// GDAL: filters codes; adds overviews to a file and leaves its finest level alone, as it is and as it is
+// compressed.
 std::optional<Contender> gdaladdo(const std::string& resampling, const JobKind& job, const Input& input, const Setting& setting) {
   auto addo = peer("gdaladdo", "gdaladdo -r " + resampling, "gdaladdo.tif", setting);
   if (!addo) return addo;

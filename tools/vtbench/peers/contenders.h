@@ -1,5 +1,5 @@
-// Who builds what: the jobs that suit an input, and the command of every program that is measured at them. Runs nothing but look-ups of
-// installed programs.
+// Who builds what: the jobs that suit an input, and the command of every program that is measured at them.
+// Runs nothing but look-ups of installed programs.
 #pragma once
 
 #include <cstdint>
@@ -40,7 +40,8 @@ struct Contender {
 // Heights for a single band of floats or 16 bit integers, colour for everything else.
 [[nodiscard]] std::vector<JobKind> jobs_for(const source::RasterInfo& info);
 [[nodiscard]] std::string job_title(const JobKind& job);
-// Colour as small as it is drawn: what sizes, mosaics and kinds of sources are compared by, so that stores leave room on the disk.
+// Colour as small as it is drawn: what sizes, mosaics and kinds of sources are compared by, so that stores
+// leave room on the disk.
 [[nodiscard]] const JobKind& compact_job();
 
 // How every program of one comparison is run.

@@ -1,5 +1,6 @@
-// Key-value stores to measure beside our index: the same keys with 16 bytes each, the size of an entry. Which there are is decided when the
-// program is built; each stays in its own file behind this interface. Threads: one at a time.
+// Key-value stores to measure beside our index: the same keys with 16 bytes each, the size of an entry. Which
+// there are is decided when the program is built; each stays in its own file behind this interface. Threads:
+// one at a time.
 #pragma once
 
 #include <cstdint>
@@ -20,7 +21,8 @@ class KeyValueStore {
  public:
   virtual ~KeyValueStore() = default;
   [[nodiscard]] virtual std::string name() const = 0;  // with its version
-  // Makes a new database in `folder`, loaded in the way that suits it best, and opens it for reading. `bytes` is about what it will take.
+  // Makes a new database in `folder`, loaded in the way that suits it best, and opens it for reading. `bytes`
+  // is about what it will take.
   [[nodiscard]] virtual Result<void> load(const std::filesystem::path& folder, std::uint64_t bytes, const KeySource& keys) = 0;
   // Whether the key is there with its value, which is touched.
   [[nodiscard]] virtual Result<bool> get(std::uint64_t key) = 0;

@@ -1,4 +1,5 @@
-// LMDB as a peer of our index: integer keys, appended in order, read in one transaction through its memory map.
+// LMDB as a peer of our index: integer keys, appended in order, read in one transaction through its memory
+// map.
 #include <array>
 #include <cstring>
 

@@ -1,5 +1,5 @@
-// SQLite as a peer of our index: a table WITHOUT ROWID by integer key, filled in order in one transaction, read through a prepared
-// statement.
+// SQLite as a peer of our index: a table WITHOUT ROWID by integer key, filled in order in one transaction,
+// read through a prepared statement.
 #include <array>
 #include <cstring>
 
@@ -21,7 +21,8 @@ class Sqlite final : public KeyValueStore {
 
   Result<void> load(const std::filesystem::path& folder, std::uint64_t bytes, const KeySource& keys) override {
     VT_CHECK(check(sqlite3_open((folder / "sqlite").c_str(), &database_)));
-    // No durability: the database lives as long as the measurement. All of it in its cache or mapped, so that gets find it warm.
+    // No durability: the database lives as long as the measurement. All of it in its cache or mapped, so that
+    // gets find it warm.
     VT_CHECK(run("PRAGMA journal_mode=OFF"));
     VT_CHECK(run("PRAGMA synchronous=OFF"));
     VT_CHECK(run("PRAGMA locking_mode=EXCLUSIVE"));

@@ -1,4 +1,5 @@
-// The table and the chart of whole builds: contenders side by side, and the parts that no builder can do without.
+// The table and the chart of whole builds: contenders side by side, and the parts that no builder can do
+// without.
 #pragma once
 
 #include <vector>

@@ -106,7 +106,8 @@ struct Box {
   }
 };
 
-// Where to put a label near its point so that it covers neither points nor labels: above, below, then further out.
+// Where to put a label near its point so that it covers neither points nor labels: above, below, then further
+// out.
 struct LabelPlacer {
   std::vector<Box> taken;
 

@@ -1,4 +1,5 @@
-// Charts as SVG text, readable on a light page without any script or style sheet. Knows nothing of what is charted.
+// Charts as SVG text, readable on a light page without any script or style sheet. Knows nothing of what is
+// charted.
 #pragma once
 
 #include <optional>
@@ -27,7 +28,8 @@ struct BarChart {
 };
 [[nodiscard]] std::string svg_of(const BarChart& chart);
 
-// Points in a plane, those of one series joined in order or standing alone; x may be logarithmic, values are then above 0.
+// Points in a plane, those of one series joined in order or standing alone; x may be logarithmic, values are
+// then above 0.
 struct Point {
   double x = 0.0;
   double y = 0.0;
@@ -53,7 +55,8 @@ struct ScatterChart {
 };
 [[nodiscard]] std::string svg_of(const ScatterChart& chart);
 
-// Round numbers (1, 2 or 5 times a power of ten apart), about `count` of them, the first at or below `low`, the last at or above `high`.
+// Round numbers (1, 2 or 5 times a power of ten apart), about `count` of them, the first at or below `low`,
+// the last at or above `high`.
 [[nodiscard]] std::vector<double> round_ticks(double low, double high, int count);
 
 }  // namespace vt::bench

@@ -1,4 +1,5 @@
-// Results as rows under named columns, printed from the same numbers for people, as Markdown, as CSV and as JSON.
+// Results as rows under named columns, printed from the same numbers for people, as Markdown, as CSV and as
+// JSON.
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>
@@ -25,7 +26,8 @@ class Table {
 
   // As many cells as columns.
   void add_row(std::vector<Cell> cells);
-  // Cells by the key of their column, so that no figure lands in a neighbour's; columns that are not named stay empty.
+  // Cells by the key of their column, so that no figure lands in a neighbour's; columns that are not named
+  // stay empty.
   void add_named_row(const std::vector<std::pair<std::string_view, Cell>>& cells);
 
   [[nodiscard]] std::string text() const;
