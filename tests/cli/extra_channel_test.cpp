@@ -62,6 +62,18 @@ TEST_F(ExtraChannel, IsAmongTheChannelsOfTheProgram) {
   EXPECT_THAT(wrong.err, HasSubstr("kernel kaiser3 does not suit aspect layers: the mean of directions has a length"));
 }
 
+TEST_F(ExtraChannel, IsTakenInScenesOfTheProgramAlone) {
+  write_file("SCENE.json", R"({"format": "vt-scene", "version": 1, "name": "slopes", "layers": [
+    {"name": "aspect", "channel": "aspect", "tile": 8, "sources": ["aspect.tif"]}]})");
+  const std::vector<std::string> arguments{"dataset", "SCENE.json", "-o", "scene.vts", "--threads", "1", "--progress", "none"};
+  const Outcome built = run_program(VT_VTBUILD_WITH_ASPECT, arguments, directory_.path());
+  EXPECT_EQ(built.exit_code, 0) << built.err;
+  EXPECT_EQ(inspect({"compare", "s.vts", "scene.vts", "--progress", "none"}).exit_code, 0);
+  const Outcome refused = run_program(VT_VTBUILD, arguments, directory_.path());
+  EXPECT_EQ(refused.exit_code, 3);
+  EXPECT_THAT(refused.err, HasSubstr("/layers/0/channel"));
+}
+
 TEST_F(ExtraChannel, AveragesByItsOwnRule) {
   // Level 0 is one texel of a pair's kind: the mean of 350 and 10 degrees is north, of the length of their
   // cosine.

@@ -31,6 +31,9 @@ constexpr float kLowestPlausible = -12000.0F;
 constexpr float kHighestPlausible = 9000.0F;
 constexpr float kNowhere = std::numeric_limits<float>::infinity();  // the least of no heights; its negative is their greatest
 
+// How heights are held by the formats that are taken.
+enum class HeightForm : std::uint8_t { kCodes, kHalves, kFloats };
+
 struct HeightChoices {
   TexelFormat format = TexelFormat::kR32Float;
   bool is_wide = false;       // of some source of the layer
@@ -40,6 +43,10 @@ struct HeightChoices {
   std::optional<float> fill;  // stored instead of "no data"
   double scale = 1.0;         // metres = offset + scale * sample
   double offset = 0.0;
+
+  [[nodiscard]] HeightForm form() const {
+    return format == TexelFormat::kR16 ? HeightForm::kCodes : format == TexelFormat::kR16Float ? HeightForm::kHalves : HeightForm::kFloats;
+  }
 };
 
 class ElevationCodec final : public ChannelCodec {
@@ -108,14 +115,15 @@ class ElevationCodec final : public ChannelCodec {
   }
 
   Result<void> encode_row(std::size_t part, const RowNeighbourhood& rows, std::int64_t count, std::byte* out) const override {
-    switch (choices_.format) {
-      case TexelFormat::kR16:
+    switch (choices_.form()) {
+      case HeightForm::kCodes:
         return encode(choices_.codes, part, rows, count, out);
-      case TexelFormat::kR16Float:
+      case HeightForm::kHalves:
         return encode(HalfHeights{}, part, rows, count, out);
-      default:
+      case HeightForm::kFloats:
         return encode(FloatHeights{}, part, rows, count, out);
     }
+    return {};
   }
 
   // A texel of the kernel "point" may have bounds although its own height is void.
@@ -133,12 +141,12 @@ class ElevationCodec final : public ChannelCodec {
 
   void mark_outside(std::size_t part, std::byte* texels, std::int64_t count) const override {
     const std::int64_t samples = part == 0 ? count : 2 * count;
-    switch (choices_.format) {
-      case TexelFormat::kR16:
+    switch (choices_.form()) {
+      case HeightForm::kCodes:
         return repeat(CodedHeights::kNone, texels, samples);
-      case TexelFormat::kR16Float:
+      case HeightForm::kHalves:
         return repeat(HalfHeights::kNone, texels, samples);
-      default:
+      case HeightForm::kFloats:
         return repeat(FloatHeights::kNone, texels, samples);
     }
   }
@@ -174,14 +182,15 @@ class ElevationCodec final : public ChannelCodec {
   // Least and greatest height that the format holds.
   [[nodiscard]] CentreRange range_of(const HeightChoices& choices) const {
     const auto range = [&](double least, double greatest) { return CentreRange{least, greatest, bounds_origin_}; };
-    switch (choices.format) {
-      case TexelFormat::kR16:
+    switch (choices.form()) {
+      case HeightForm::kCodes:
         return range(choices.codes.value(1.0), choices.codes.value(CodedHeights::kLargestCode));
-      case TexelFormat::kR16Float:
+      case HeightForm::kHalves:
         return range(-HalfHeights::kLargest, HalfHeights::kLargest);
-      default:
+      case HeightForm::kFloats:
         return range(std::numeric_limits<float>::lowest(), std::numeric_limits<float>::max());
     }
+    return {};
   }
 
   static constexpr std::size_t kRemainder = 1;  // the plane beside the heights, when they are wide
@@ -256,17 +265,18 @@ class ElevationCodec final : public ChannelCodec {
   [[nodiscard]] Result<void> misfit(double height) const {
     const std::string what = "height " + text::number_text(height) + " m ";
     const std::string else_nodata = "; if it is none, say with `nodata` which sample value means no data";
-    switch (choices_.format) {
-      case TexelFormat::kR16:
+    switch (choices_.form()) {
+      case HeightForm::kCodes:
         return fail(ErrorCode::kInvalidData, what + "is outside " + text::number_text(choices_.codes.value(1.0)) + " to " +
                                                  text::number_text(choices_.codes.value(CodedHeights::kLargestCode)) +
                                                  " m, what r16 holds in steps of " + text::number_text(choices_.codes.quantum) +
                                                  " m; give `range` LOW,HIGH around all heights, or use r32f" + else_nodata);
-      case TexelFormat::kR16Float:
+      case HeightForm::kHalves:
         return fail(ErrorCode::kInvalidData, what + "is beyond 65504 m, the most that r16f holds; use r16 or r32f" + else_nodata);
-      default:
+      case HeightForm::kFloats:
         return fail(ErrorCode::kInvalidData, what + "is the mean of samples too large to add" + else_nodata);
     }
+    return {};
   }
 
   template <class Sample>

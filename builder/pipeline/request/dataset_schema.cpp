@@ -3,6 +3,7 @@
 #include <nlohmann/json.hpp>
 #include <vector>
 
+#include "builder/channels/all_channels.h"
 #include "builder/pipeline/request/embedded_schemas.h"
 #include "builder/text/json_schema.h"
 
@@ -35,15 +36,24 @@ Result<void> check(const json& document, const json& schema, const std::string& 
                                            " See schemas/dataset.schema.json for what is accepted.");
 }
 
+// The file's, with the channels that this program was linked with.
+json schema_of_this_program() {
+  json schema = json::parse(kDatasetSchema);
+  json& names = schema["definitions"]["layer"]["properties"]["channel"]["enum"];
+  names = json::array();
+  for (const channels::ChannelKind* const kind : channels::all_channels()) names.push_back(kind->name);
+  return schema;
+}
+
 }  // namespace
 
 Result<void> check_against_dataset_schema(const json& document, const std::string& where) {
-  return check(document, json::parse(kDatasetSchema), where);
+  return check(document, schema_of_this_program(), where);
 }
 
 Result<void> check_against_layer_schema(const json& layer, const std::string& where) {
   // A schema of its own around the same definitions.
-  const json all = json::parse(kDatasetSchema);
+  const json all = schema_of_this_program();
   json schema = all["definitions"]["layer"];
   schema["definitions"] = all["definitions"];
   return check(layer, schema, where);
