@@ -10,7 +10,7 @@ import subprocess
 import sys
 
 # What one library of ours needs of the other, behind the faces.
-BETWEEN_US = {"decode_texels", *(f"decode_bc{kind}_image" for kind in ("1", "3", "4", "5", "6h", "7"))}
+BETWEEN_US = {"decode_blocks", "decode_texels"}
 
 FUNCTION = re.compile(r"[^=(]*?(operator\W+|~?\w+)\(")
 ELSEWHERE = re.compile(r"\b(using|friend|inline|constexpr|template)\b|#|\{|= (0|default|delete);")
@@ -18,9 +18,12 @@ ELSEWHERE = re.compile(r"\b(using|friend|inline|constexpr|template)\b|#|\{|= (0|
 
 def statements(text: str):
     """(class or "", statement) of all that stands in a namespace or a class, a nested class's members apart."""
-    owner, statement = "", ""
+    owner, statement, body_end = "", "", None
     for line in re.sub(r" *//.*", "", text).splitlines():
         indent = len(line) - len(line.lstrip())
+        if body_end is not None:  # what is inside a function is no declaration
+            body_end = None if line.startswith(body_end) else body_end
+            continue
         if indent == 0 and (head := re.match(r"(?:class|struct) (\w+).*\{$", line)):
             owner, statement = head.group(1), ""
         elif line == "};":
@@ -31,6 +34,8 @@ def statements(text: str):
             statement += " " + line.strip()
         if statement.endswith((";", "{", "}")):
             yield owner, statement
+            if statement.endswith("{") and "(" in statement:
+                body_end = "  }" if owner else "}"
             statement = ""
 
 
