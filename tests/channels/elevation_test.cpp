@@ -180,7 +180,7 @@ std::unique_ptr<const ChannelCodec> wide_heights(TexelFormat format, const Sampl
   return std::move(*codec);
 }
 
-// Heights that no float is: `codec` was made for them.
+// Heights that no float can hold: `codec` was made for them.
 template <class Sample>
 void expect_wide_heights_are_held(const ChannelCodec& codec, const std::vector<Sample>& samples, double half_step) {
   const auto count = static_cast<std::int64_t>(samples.size());

@@ -33,12 +33,11 @@ void add_help_footer(CLI::App& app, std::string_view examples);
 
 // Parses the command line and runs `command`, whose value is the exit code. Everything that can go wrong ends
 // here, as a line `program: message` and an exit code: parse errors 1, an Error by its code, lack of memory
-// or threads 2, another escaped exception
-// 4. Settings that a message names are printed as flags of the running subcommand
-// (tools/cli/setting_names.h). --help and --version print and give 0. Writing to a pipe whose reader has gone
-// ends the program with exit code 2 and no message. Standard streams that the caller has closed are the null
-// device from here on, a file over the size limit (ulimit -f) is a failed write, and a store that is cut off
-// under its reader an Error (store/io/mapping.h). Call it before any file is opened.
+// or threads 2, any other escaped exception 4. Settings that a message names are printed as flags of the
+// running subcommand (tools/cli/setting_names.h). --help and --version print and give 0. Writing to a pipe
+// whose reader has gone ends the program with exit code 2 and no message. Standard streams that the caller
+// has closed are the null device from here on, a file over the size limit (ulimit -f) is a failed write, and
+// a store that is cut off under its reader an Error (store/io/mapping.h). Call it before any file is opened.
 [[nodiscard]] int run_main(CLI::App& app, int argc, const char* const* argv, const std::function<Result<int>()>& command);
 
 // Standard output. Leaves run_main's `command` when nothing more can be written, so no caller has to check.

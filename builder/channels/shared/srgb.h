@@ -28,10 +28,9 @@ namespace vt::channels {
 // mean.
 //
 // Going back needs no power function. Code c begins half way between the lights of c - 1 and c. No two
-// beginnings are closer than 1 / (255
-// * 12.92) = 1 / 3294.6, so each of 4096 equal bins of light holds at most one of them: the bin gives the
-// code at its lower edge, one comparison decides the rest. A code begins two floats lower than half way, in
-// odd columns two higher.
+// beginnings are closer than 1 / (255 * 12.92) = 1 / 3294.6, so each of 4096 equal bins of light holds at
+// most one of them: the bin gives the code at its lower edge, one comparison decides the rest. A code begins
+// two floats lower than half way, in odd columns two higher.
 class CodeTable {
  public:
   explicit CodeTable(Transfer transfer) {

@@ -102,7 +102,7 @@ TEST(ElevationLayer, BoundsHoldEveryHeightUnderThemInEveryFormatKernelSizeAndBlo
         }
 }
 
-// Heights that no float is. Bounds are compared with the samples themselves; means and reported errors with
+// Heights that no float can hold. Bounds are compared with the samples themselves; means and reported errors with
 // sums in long double.
 TEST(ElevationLayer, WideHeightsAreBoundedOutwardAndReportedTruly) {
   using Height = std::function<double(std::int64_t, std::int64_t, int)>;

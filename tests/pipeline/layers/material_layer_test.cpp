@@ -64,7 +64,7 @@ int majority_of(const Histogram& histogram, int no_data) {
   return best;
 }
 
-// Every texel of every level but the finest.
+// Checks every texel of every level but the finest.
 void expect_majorities(const std::filesystem::path& store, const std::string& name, int no_data) {
   const Samples samples(store, name);
   const LayerInfo& layer = samples.layer();

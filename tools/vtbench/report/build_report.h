@@ -19,7 +19,7 @@ class BuildReport {
 
   // Our own build of a job comes before its peers.
   void add(const Contender& contender, const Measured& measured);
-  // To the job of our build that was added last.
+  // Adds the seconds of its parts to the job of our build that was added last.
   void add_parts(const PartSeconds& parts);
 
   [[nodiscard]] const Table& table() const { return table_; }
