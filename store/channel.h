@@ -18,9 +18,9 @@ enum class ChannelType : std::uint16_t {
   kSensor = 6,
   kIllumination = 7,
   kMask = 8,
+  kLastRegistered = kMask,  // goes with the last one
 };
-inline constexpr ChannelType kLastRegisteredChannel = ChannelType::kMask;
-[[nodiscard]] constexpr bool is_registered(ChannelType type) { return type != ChannelType{} && type <= kLastRegisteredChannel; }
+[[nodiscard]] constexpr bool is_registered(ChannelType type) { return type != ChannelType{} && type <= ChannelType::kLastRegistered; }
 
 // Numbers from here on are never registered: they are for channels that a user adds in a program of their
 // own.

@@ -28,4 +28,11 @@ std::optional<TexelFormat> format_from_name(std::string_view name) {
   return found == kTexelFormats.end() ? std::nullopt : std::optional(found->format);
 }
 
+std::string format_names() {
+  std::string names;
+  for (const FormatInfo& info : kTexelFormats)
+    if (has_samples(info)) names += (names.empty() ? "" : ", ") + std::string(info.name);
+  return names;
+}
+
 }  // namespace vt

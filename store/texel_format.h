@@ -113,6 +113,8 @@ inline constexpr FormatInfo kUnknownFormat = plain_format(TexelFormat{}, "unknow
 [[nodiscard]] std::string format_name(TexelFormat format);
 [[nodiscard]] std::optional<TexelFormat> format_from_number(std::uint16_t number);
 [[nodiscard]] std::optional<TexelFormat> format_from_name(std::string_view name);
+// All that hold numbers, for messages: "rgb8, rgba8, ...".
+[[nodiscard]] std::string format_names();
 
 [[nodiscard]] constexpr bool is_block_format(const FormatInfo& info) { return info.samples == SampleKind::kBlock; }
 [[nodiscard]] constexpr bool has_samples(const FormatInfo& info) { return info.samples != SampleKind::kOpaque; }

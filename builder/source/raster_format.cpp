@@ -214,16 +214,6 @@ std::string advice_for(const RasterFormat& format, const std::string& name) {
   return "";
 }
 
-// "GeoTIFF, PNG and JPEG".
-std::string names_of_read_formats() {
-  std::vector<std::string_view> names;
-  for (const RasterFormat& format : kFormats)
-    if (format.open != nullptr) names.push_back(format.name);
-  const std::string_view last = names.back();
-  names.pop_back();
-  return fmt::format("{} and {}", fmt::join(names, ", "), last);
-}
-
 // The first bytes, for formats that nobody knows.
 std::string bytes_text(const std::string& head) {
   std::string text;
@@ -232,6 +222,15 @@ std::string bytes_text(const std::string& head) {
 }
 
 }  // namespace
+
+std::string names_of_read_formats() {
+  std::vector<std::string_view> names;
+  for (const RasterFormat& format : kFormats)
+    if (format.open != nullptr) names.push_back(format.name);
+  const std::string_view last = names.back();
+  names.pop_back();
+  return fmt::format("{} and {}", fmt::join(names, ", "), last);
+}
 
 bool RasterFormat::has_suffix(const std::filesystem::path& path) const {
   const std::string suffix = in_lower_case(path.extension().string());

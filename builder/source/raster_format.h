@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <memory>
 #include <span>
+#include <string>
 #include <string_view>
 
 #include "builder/source/files/file_bytes.h"
@@ -51,6 +52,9 @@ struct RasterFormat {
 
 // In the order in which they are tried.
 [[nodiscard]] std::span<const RasterFormat> raster_formats();
+
+// Those that are read, for people: "GeoTIFF, PNG and JPEG".
+[[nodiscard]] std::string names_of_read_formats();
 
 // nullptr: of no format that is known. kIo.
 [[nodiscard]] Result<const RasterFormat*> format_of(const FileBytes& file);

@@ -23,19 +23,24 @@ float aspect_at(std::int64_t x) { return x % 2 == 0 ? 350.0F : 10.0F; }
 class ExtraChannel : public VtinspectTest {
  protected:
   void SetUp() override {
+    write_raster("aspect.tif", 10.0F);
+    const Outcome built = build("s.vts");
+    ASSERT_EQ(built.exit_code, 0) << built.err;
+  }
+  // Pairs of columns look to 350 and 10 degrees; the last texel to `last`.
+  void write_raster(const std::string& name, float last) const {
     std::vector<float> values;
     for (std::int64_t i = 0; i < kWidth * kHeight; ++i) values.push_back(aspect_at(i % kWidth));
-    auto writer = source::GeoTiffWriter::create(directory_ / "aspect.tif",
-                                                {.width = kWidth,
-                                                 .height = kHeight,
-                                                 .sample_type = SampleType::kFloat32,
-                                                 .transform = geo::GeoTransform{500000.0, 10.0, 0.0, 4000000.0, 0.0, -10.0},
-                                                 .crs = geo::Crs::from_text("EPSG:32633").value()});
+    values.back() = last;
+    auto writer =
+        source::GeoTiffWriter::create(directory_ / name, {.width = kWidth,
+                                                          .height = kHeight,
+                                                          .sample_type = SampleType::kFloat32,
+                                                          .transform = geo::GeoTransform{500000.0, 10.0, 0.0, 4000000.0, 0.0, -10.0},
+                                                          .crs = geo::Crs::from_text("EPSG:32633").value()});
     ASSERT_TRUE(writer) << writer.error().message;
     ASSERT_TRUE(writer->write_rows(std::as_bytes(std::span(values)), kHeight));
     ASSERT_TRUE(writer->finish());
-    const Outcome built = build("s.vts");
-    ASSERT_EQ(built.exit_code, 0) << built.err;
   }
   [[nodiscard]] Outcome build(const std::string& store) const {
     return run_program(VT_VTBUILD_WITH_ASPECT,
@@ -91,6 +96,10 @@ TEST_F(ExtraChannel, IsShownCheckedAndCompared) {
   EXPECT_EQ(inspect({"extract", "s.vts", "-o", "aspect.exr"}).exit_code, 0);
   const Outcome equal = inspect({"compare", "s.vts", "aspect.tif", "--progress", "none"});
   EXPECT_EQ(equal.exit_code, 0) << equal.out << equal.err;
+  write_raster("other.tif", 13.0F);
+  const Outcome other = inspect({"compare", "s.vts", "other.tif", "--layer", "aspect", "--progress", "none"});
+  EXPECT_EQ(other.exit_code, 3) << other.err;
+  EXPECT_THAT(other.out, HasSubstr("direction"));
   ASSERT_EQ(build("t.vts").exit_code, 0);
   EXPECT_EQ(inspect({"compare", "s.vts", "t.vts", "--progress", "none"}).exit_code, 0);
 }

@@ -1,7 +1,12 @@
 #include <gtest/gtest.h>
 
+#include <fstream>
 #include <functional>
+#include <set>
+#include <string>
 
+#include "builder/channels/all_channels.h"
+#include "store/texel_format.h"
 #include "tests/sample/schema_check.h"
 
 namespace vt::sample {
@@ -139,6 +144,19 @@ TEST(DatasetSchema, DescribesEveryPropertyAndClosesEveryObject) {
   };
   visit(schema, "", true);
   EXPECT_GE(properties, 25);
+}
+
+// The file, as it is shipped and as other programs read it, lists what the tables of the program hold.
+TEST(DatasetSchema, ListsTheMembersOfTheProgramsTables) {
+  std::ifstream file(VT_SCHEMAS "/dataset.schema.json");
+  const nlohmann::json properties = nlohmann::json::parse(file)["definitions"]["layer"]["properties"];
+  nlohmann::json names = nlohmann::json::array();
+  for (const channels::ChannelKind* const kind : channels::all_channels()) names.push_back(kind->name);
+  EXPECT_EQ(properties["channel"]["enum"], names);
+  std::set<std::string> formats;
+  for (const FormatInfo& info : kTexelFormats)
+    if (has_samples(info)) formats.insert(std::string(info.name));
+  EXPECT_EQ(properties["format"]["enum"].get<std::set<std::string>>(), formats);
 }
 
 }  // namespace

@@ -10,6 +10,7 @@
 
 #include "builder/channels/all_channels.h"
 #include "builder/pyramid/halving_kernel.h"
+#include "builder/source/raster_format.h"
 #include "tools/cli/cli_support.h"
 
 namespace vt::tools {
@@ -121,9 +122,8 @@ Result<pipeline::LayerRequest> asked_request(const LayerFlags& flags) {
   if (!flags.format.empty()) {
     asked.format = format_from_name(flags.format);
     if (!asked.format)
-      return fail(ErrorCode::kUsage, "unknown format '" + flags.format +
-                                         "'; known are rgb8, rgba8, r8, rg8, r16, rg16, rgba16, r16f, rg16f, rgba16f, r32f, rg32f, "
-                                         "rgba32f, rgb9e5, bc1, bc3, bc4, bc5, bc6h and bc7, of which each channel takes some");
+      return fail(ErrorCode::kUsage,
+                  "unknown format '" + flags.format + "'; known are " + format_names() + ", of which each channel takes some");
   }
   asked.kernel = flags.kernel;
   const auto quality = encode::quality_from_name(flags.quality);
@@ -162,9 +162,9 @@ Result<pipeline::LayerRequest> asked_request(const LayerFlags& flags) {
 void LayerFlags::add_to(CLI::App& command) {
   command
       .add_option("INPUT", inputs,
-                  "GeoTIFF, or a picture (PNG, JPEG, JPEG 2000, OpenEXR, Radiance HDR, PNM) with --extent; a folder means the rasters in "
-                  "it, sorted by name, and @FILE those that a "
-                  "text file lists, one a line; later ones lie over earlier ones")
+                  "rasters (" + source::names_of_read_formats() +
+                      "); pictures without a place on the ground need --extent; a folder means the rasters in it, sorted by name, and "
+                      "@FILE those that a text file lists, one a line; later ones lie over earlier ones")
       ->required();
   command.add_option("-o,--output", output, "the store, suffix .vts");
   command.add_option("--channel", channel, "what the values mean: " + channels::channel_names())->required();

@@ -26,6 +26,7 @@
 #include "builder/text/json_text.h"
 #include "store/format/text.h"
 #include "store/io/content_hash.h"
+#include "store/io/hex.h"
 
 namespace vt::pipeline {
 namespace {
@@ -128,11 +129,7 @@ std::string hash_of(std::string_view text) {
   store::ContentHasher hasher;
   hasher.add(std::as_bytes(std::span(text)));
   std::string digits;
-  for (const std::byte byte : hasher.digest().bytes) {
-    constexpr std::string_view kHex = "0123456789abcdef";
-    digits += kHex[std::to_integer<std::size_t>(byte) >> 4U];
-    digits += kHex[std::to_integer<std::size_t>(byte) & 15U];
-  }
+  for (const std::byte byte : hasher.digest().bytes) digits += store::hex(std::to_integer<unsigned>(byte), 2);
   return digits;
 }
 

@@ -59,7 +59,7 @@ tl::unexpected<Error> unknown_crs(const SourceRequest& request, const RasterInfo
   return fail(
       ErrorCode::kUnsupported,
       fmt::format("{}: is in {}, which cannot be read: {}{}; {}; or, if the file is wrong about it, say what it is in with `source-crs` "
-                  "EPSG:nnnn (\"source_crs\" in a scene file)",
+                  "EPSG:nnnn",
                   request.path.string(), info.declared_crs_text, info.crs_problem, not_overruled, reproject_text(request, info)));
 }
 
@@ -72,7 +72,7 @@ tl::unexpected<Error> no_crs(const SourceRequest& request, const RasterInfo& inf
   return fail(
       ErrorCode::kInvalidData,
       fmt::format("{}: no coordinate reference system in the file; give the one that it is in, for example {}{}, or `crs` pixel for a "
-                  "picture without a place on the ground (\"crs\" of the source in a scene file)",
+                  "picture without a place on the ground",
                   request.path.string(), example, info.has_transform ? "" : " `extent` WEST,SOUTH,EAST,NORTH"));
 }
 
