@@ -1,7 +1,8 @@
 #include "builder/channels/all_channels.h"
 
 #include <algorithm>
-#include <cassert>
+#include <cstdio>
+#include <cstdlib>
 #include <vector>
 
 #include "builder/channels/color/color.h"
@@ -12,11 +13,12 @@
 #include "builder/channels/material/material.h"
 #include "builder/channels/normal/normal.h"
 #include "builder/channels/sensor/sensor.h"
+#include "builder/text/names_text.h"
 
 namespace vt::channels {
 namespace {
 
-// One row a channel, in the order of their numbers.
+// One row a channel, in the order of their numbers. It grows before main() alone, see ExtraChannel.
 std::vector<const ChannelKind*>& rows() {
   static std::vector<const ChannelKind*> kinds = {
       &kColorKind, &kNormalKind, &kHorizonKind, &kElevationKind, &kMaterialKind, &kSensorKind, &kIlluminationKind, &kMaskKind,
@@ -33,9 +35,7 @@ constexpr ChannelKind kUnknownKind{
     }};
 
 std::string option_names(const ChannelKind& kind) {
-  std::string names;
-  for (const OptionInfo& option : kind.options) names += (names.empty() ? "" : ", ") + std::string(option.name);
-  return names.empty() ? "none" : names;
+  return kind.options.empty() ? "none" : text::names_text(kind.options, &OptionInfo::name);
 }
 
 }  // namespace
@@ -63,14 +63,16 @@ std::string channel_name(ChannelType type) {
 }
 
 std::string channel_names() {
-  std::string names;
-  for (const ChannelKind* const kind : rows()) names += (names.empty() ? "" : ", ") + std::string(kind->name);
-  return names;
+  return text::names_text(rows(), [](const ChannelKind* kind) { return kind->name; });
 }
 
 ExtraChannel::ExtraChannel(const ChannelKind& kind) {
-  assert(static_cast<std::uint16_t>(kind.type) >= kFirstPrivateChannel);
-  assert(&kind_of(kind.type) == &kUnknownKind && find_channel(kind.name) == nullptr);
+  const bool is_free = is_private(kind.type) && &kind_of(kind.type) == &kUnknownKind && find_channel(kind.name) == nullptr;
+  if (!is_free) {
+    // Before main() nobody could be told otherwise, and a store would hold numbers of two meanings.
+    std::fprintf(stderr, "channel %.*s: its number or its name is not its alone\n", static_cast<int>(kind.name.size()), kind.name.data());
+    std::abort();
+  }
   rows().push_back(&kind);
 }
 

@@ -22,7 +22,8 @@ namespace vt::channels {
 [[nodiscard]] std::string channel_names();  // all of them: "color, normal, ..."
 
 // A channel of a program's own, beside the rows of all_channels.cpp. Its number is from kFirstPrivateChannel
-// on, and number and name are its alone. One object of static lifetime in the program; `kind` outlives it.
+// on, and number and name are its alone; otherwise the program ends at once. One object of static lifetime in the program; `kind` outlives
+// it.
 class ExtraChannel {
  public:
   explicit ExtraChannel(const ChannelKind& kind);

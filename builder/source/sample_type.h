@@ -2,13 +2,18 @@
 // decode them.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
+#include <string_view>
 #include <type_traits>
 
 namespace vt {
 
 enum class SampleType : std::uint8_t { kUint8, kInt8, kUint16, kInt16, kUint32, kInt32, kFloat32, kFloat64 };
+inline constexpr std::array kSampleTypes{SampleType::kUint8,  SampleType::kInt8,  SampleType::kUint16,  SampleType::kInt16,
+                                         SampleType::kUint32, SampleType::kInt32, SampleType::kFloat32, SampleType::kFloat64};
 
 [[nodiscard]] constexpr std::size_t sample_bytes(SampleType type) {
   switch (type) {
@@ -48,6 +53,12 @@ enum class SampleType : std::uint8_t { kUint8, kInt8, kUint16, kInt16, kUint32, 
       return "float64";
   }
   return "?";
+}
+
+[[nodiscard]] constexpr std::optional<SampleType> sample_type_from_name(std::string_view name) {
+  for (const SampleType type : kSampleTypes)
+    if (name == sample_name(type)) return type;
+  return std::nullopt;
 }
 
 // The sample that means "all of it" where nothing else is said: the largest integer, or 1 for floats.

@@ -11,8 +11,10 @@ namespace vt::runtime {
 namespace {
 
 TEST(GlFormats, EveryFormatWithSamplesHasARow) {
+  int formats = 0;
   for (const FormatInfo& info : kTexelFormats) {
     if (!has_samples(info)) continue;
+    ++formats;
     const GlFormat& row = gl_format(info.format);
     EXPECT_EQ(row.format, info.format);
     EXPECT_FALSE(row.shader.is_none()) << info.name;
@@ -20,14 +22,21 @@ TEST(GlFormats, EveryFormatWithSamplesHasARow) {
     EXPECT_EQ(row.blocks != BlockSupport::kNotBlocks, is_block_format(info)) << info.name;
     EXPECT_TRUE(row.fixed.is_none() || row.fixed.compressed == is_block_format(info)) << info.name;
   }
+  EXPECT_EQ(formats, 20);
 }
 
 // What a card that takes no blocks gets is a format that it does take, and is filled to its end.
 TEST(GlFormats, EveryBlockFormatIsDecodedToAPlainOne) {
+  int formats = 0;
   for (const FormatInfo& info : kTexelFormats) {
     if (!is_block_format(info)) continue;
+    ++formats;
     const FormatInfo& plain = format_info(info.decoded_to);
+    EXPECT_FALSE(gl_format(plain.format).shader.is_none()) << info.name;
     EXPECT_FALSE(gl_format(plain.format).shader.compressed) << info.name;
+    EXPECT_FALSE(gl_format(plain.format).fixed.compressed) << info.name;
+    // OpenGL 1.2 has no halves, so bc6h cannot be drawn there.
+    EXPECT_EQ(gl_format(plain.format).fixed.is_none(), info.format == TexelFormat::kBc6h) << info.name;
     const std::vector<std::byte> blocks(payload_bytes(info, 4, 8), std::byte{0x22});
     std::vector<std::byte> once(payload_bytes(plain, 4, 8), std::byte{0});
     std::vector<std::byte> again(once.size(), std::byte{0xFF});
@@ -35,6 +44,7 @@ TEST(GlFormats, EveryBlockFormatIsDecodedToAPlainOne) {
     store::decode_blocks(info.format, blocks, 4, 8, again);
     EXPECT_EQ(once, again) << info.name;
   }
+  EXPECT_EQ(formats, 6);
 }
 
 }  // namespace

@@ -159,7 +159,7 @@ TEST_F(AsciiGridTest, WhatIsDamagedIsSaid) {
       {header + "1 2 3 4 five 6", "\"five\" at byte"},
       {header + "1 2 3 4 5,5,5 6", "\"5,5,5\" at byte"},
       {header + "1 2 3 4 1e999 6", "\"1e999\" at byte"},
-      {header + "1 2 3 4 \x01\xff 6", "\"??\" at byte"},
+      {header + "1 2 3 4 \x01\xff 6", R"("\u0001\xff" at byte)"},
       {header + "1 2 3 4 " + std::string(200, '5') + " 6", "longer than any number"},
       {header, "for which its"},
       {header + "wrong 5\n1 2 3 4 5 6", "\"wrong\" at byte"},

@@ -80,7 +80,7 @@ MadeCodec make_aspect(const ChannelSettings& settings, const SampleLayout& layou
   return std::make_unique<const AspectCodec>(layout);
 }
 
-const ChannelKind kAspectKind{
+constinit const ChannelKind kAspectKind{
     .type = kAspect,
     .name = "aspect",
     .has_one_value = true,

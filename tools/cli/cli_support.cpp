@@ -243,11 +243,11 @@ std::string format_duration(double seconds) {
 
 std::string format_exact(double value) { return fmt::format("{:.17g}", value); }
 
-std::optional<ProgressMode> progress_mode_from_name(std::string_view name) {
+Result<ProgressMode> progress_mode_from_name(std::string_view name) {
   if (name == "auto") return ProgressMode::kAuto;
   if (name == "plain") return ProgressMode::kPlain;
   if (name == "none") return ProgressMode::kNone;
-  return std::nullopt;
+  return fail(ErrorCode::kUsage, "--progress is auto, plain or none, not '" + std::string(name) + "'");
 }
 
 struct Progress::Impl {

@@ -69,7 +69,8 @@ enum class ProgressMode : std::uint8_t {
   kPlain,  // lines for a log
   kNone,
 };
-[[nodiscard]] std::optional<ProgressMode> progress_mode_from_name(std::string_view name);
+// Of --progress. kUsage: the name is none.
+[[nodiscard]] Result<ProgressMode> progress_mode_from_name(std::string_view name);
 
 struct ProgressOptions {
   ProgressMode mode = ProgressMode::kAuto;

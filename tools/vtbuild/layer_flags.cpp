@@ -11,17 +11,11 @@
 #include "builder/channels/all_channels.h"
 #include "builder/pyramid/halving_kernel.h"
 #include "builder/source/raster_format.h"
+#include "builder/text/names_text.h"
 #include "tools/cli/cli_support.h"
 
 namespace vt::tools {
 namespace {
-
-template <class List>
-std::string names_of(const List& list) {
-  std::string names;
-  for (const auto& item : list) names += (names.empty() ? "" : ", ") + std::string(item.name);
-  return names;
-}
 
 // One flag for each option of each channel; several channels may have one of the same name.
 void add_channel_options(CLI::App& command, channels::Options& options) {
@@ -170,7 +164,7 @@ void LayerFlags::add_to(CLI::App& command) {
   command.add_option("--channel", channel, "what the values mean: " + channels::channel_names())->required();
   command.add_option("--name", name, "name of the layer (default: the channel's)");
   command.add_option("--kernel", kernel,
-                     "filter from level to level: " + names_of(pyramid::all_kernels()) +
+                     "filter from level to level: " + text::names_text(pyramid::all_kernels(), &pyramid::HalvingKernel::name) +
                          " (default: kaiser3 for color, box for all others; point is for heights that displace)");
   command.add_option("--format", format, "texel format (default: what the channel and the source suggest)");
   command.add_option("--quality", quality, "effort of block compression: fast, normal or best")->capture_default_str();

@@ -39,9 +39,8 @@ void print_report(const PackFlags& flags, const store::PackReport& report) {
 }
 
 Result<int> run(const PackFlags& flags) {
-  const auto mode = cli::progress_mode_from_name(flags.progress);
-  if (!mode) return fail(ErrorCode::kUsage, "--progress is auto, plain or none, not '" + flags.progress + "'");
-  cli::Progress progress({.mode = *mode, .title = "packing", .unit = "tiles"});
+  VT_ASSIGN(const cli::ProgressMode mode, cli::progress_mode_from_name(flags.progress));
+  cli::Progress progress({.mode = mode, .title = "packing", .unit = "tiles"});
   store::PackOptions options;
   options.keep_carry = flags.keep_carry;
   VT_ASSIGN(options.cold_start_bytes, parse_bytes(flags.cold_start));

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <memory>
 
+#include "builder/text/names_text.h"
 #include "store/format/layout.h"
 #include "store/store_writer.h"
 #include "tools/vtbuild/build_flags.h"
@@ -17,11 +18,7 @@ struct RemoveFlags {
   std::vector<std::string> layers;
 };
 
-std::string names_of(const std::vector<LayerInfo>& layers) {
-  std::string names;
-  for (const LayerInfo& layer : layers) names += (names.empty() ? "" : ", ") + layer.name;
-  return names.empty() ? "none" : names;
-}
+std::string names_of(const std::vector<LayerInfo>& layers) { return layers.empty() ? "none" : text::names_text(layers, &LayerInfo::name); }
 
 // Bytes of tiles and of the index's entries. Constants are shared with other layers, so they hardly count.
 std::uint64_t garbage_of(const LayerInfo& layer) {

@@ -30,10 +30,9 @@ std::function<Result<int>()> add_sample_command(CLI::App& app) {
   cli::add_help_footer(*command, "  vtbuild sample -o sample && vtbuild dataset sample/SCENE.json -o sample.vts\n");
   return [flags, command]() -> Result<int> {
     if (!command->parsed()) return -1;
-    const auto mode = cli::progress_mode_from_name(flags->progress);
-    if (!mode) return fail(ErrorCode::kUsage, "--progress is auto, plain or none, not '" + flags->progress + "'");
+    VT_ASSIGN(const cli::ProgressMode mode, cli::progress_mode_from_name(flags->progress));
     constexpr std::uint64_t kSteps = 1000;
-    cli::Progress progress({.mode = *mode, .title = "sample scene", .unit = "permille", .total = kSteps});
+    cli::Progress progress({.mode = mode, .title = "sample scene", .unit = "permille", .total = kSteps});
     sample::SampleOptions options;
     options.size = flags->size;
     options.seed = flags->seed;

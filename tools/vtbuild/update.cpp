@@ -74,7 +74,7 @@ Result<int> run(UpdateFlags flags) {
 std::function<Result<int>()> add_update_command(CLI::App& app) {
   auto flags = std::make_shared<UpdateFlags>();
   CLI::App* command = app.add_subcommand("update", "build again what has changed in the sources of a store's layers");
-  command->add_option("STORE", flags->store, "the store; it knows the commands that built it")->required();
+  command->add_option("STORE", flags->store, "the store; it knows how its layers were asked for")->required();
   command->add_option("--folder", flags->folder,
                       "where the sources are now, when they have moved: the folder that the commands were run in");
   flags->build.add_to(*command);

@@ -185,7 +185,8 @@ class SourceComparer {
         payload_(layer_.tile_payload_bytes()),
         is_block_(format_info(layer_.format).block_edge > 1),
         is_class_(empty_difference(layer_).is_class),
-        is_srgb_(empty_difference(layer_).is_srgb) {
+        is_srgb_(empty_difference(layer_).is_srgb),
+        is_zero_without_data_(channels::kind_of(layer_.channel).absent == channels::Absent::kZero) {
     for (const channels::Measure& measure : plan.codec->measures()) {
       is_measured_.push_back(measure.part == part);
       if (measure.part == part) finding_.difference.measured.push_back({measure.name, measure.unit, {}});
@@ -240,7 +241,7 @@ class SourceComparer {
     const bool wanted_is_void = wanted_.is_void(at);
     if (stored_is_void && wanted_is_void) return;
     // Where the format cannot say so, a texel without data shows something of its neighbours.
-    if (!has_raster && !wanted_.says_void() && !is_zero_without_data()) return;
+    if (!has_raster && !wanted_.says_void() && !is_zero_without_data_) return;
     if (stored_is_void != wanted_is_void) {
       ++(stored_is_void ? difference.data_only_in_second : difference.data_only_in_first);
       ++difference.differing_texels;
@@ -258,9 +259,6 @@ class SourceComparer {
     if (has_raster)
       measure(stored_.of(at), in_data, [&](std::size_t m, const channels::ErrorSum& error) { difference.measured[m].error += error; });
   }
-
-  // What is not known is 0, as of masks and of light without coverage.
-  [[nodiscard]] bool is_zero_without_data() const { return channels::kind_of(layer_.channel).absent == channels::Absent::kZero; }
 
   [[nodiscard]] channels::ConstPlaneRow planes_of(std::size_t in_data) const {
     const auto width = static_cast<std::size_t>(planned_.rect.width);
@@ -338,6 +336,7 @@ class SourceComparer {
   bool is_block_;
   bool is_class_;
   bool is_srgb_;
+  bool is_zero_without_data_;      // what is not known is 0, as of masks and of light without coverage
   std::vector<bool> is_measured_;  // of the codec's measures, those of the part
   std::vector<channels::ErrorSum> sums_;
   std::vector<double> losses_;

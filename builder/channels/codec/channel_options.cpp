@@ -1,8 +1,11 @@
 #include "builder/channels/codec/channel_options.h"
 
+#include <algorithm>
 #include <array>
 #include <charconv>
 #include <cmath>
+
+#include "builder/text/names_text.h"
 
 namespace vt::channels {
 namespace {
@@ -21,12 +24,8 @@ Result<std::string> choice_of(const Options& options, const std::string& name, s
                               std::span<const std::string_view> choices) {
   const auto given = options.find(name);
   if (given == options.end()) return std::string(preset);
-  std::string all;
-  for (const std::string_view choice : choices) {
-    if (given->second == choice) return given->second;
-    all += (all.empty() ? "" : ", ") + std::string(choice);
-  }
-  return fail(ErrorCode::kUsage, "option " + name + ": '" + given->second + "' is none of " + all);
+  if (std::ranges::find(choices, given->second) != choices.end()) return given->second;
+  return fail(ErrorCode::kUsage, "option " + name + ": '" + given->second + "' is none of " + text::names_text(choices));
 }
 
 Result<std::optional<double>> number_of(const Options& options, const std::string& name, double least, double greatest) {

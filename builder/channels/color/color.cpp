@@ -310,7 +310,7 @@ constexpr auto kOptions = std::to_array<OptionInfo>({
 
 }  // namespace
 
-const ChannelKind kColorKind{
+constinit const ChannelKind kColorKind{
     .type = ChannelType::kColor,
     .name = "color",
     .options = kOptions,

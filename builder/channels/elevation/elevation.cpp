@@ -451,7 +451,7 @@ constexpr auto kOptions = std::to_array<OptionInfo>({
 
 }  // namespace
 
-const ChannelKind kElevationKind{
+constinit const ChannelKind kElevationKind{
     .type = ChannelType::kElevation,
     .name = "elevation",
     .unit = "m",

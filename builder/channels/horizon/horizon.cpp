@@ -327,7 +327,7 @@ constexpr auto kOptions = std::to_array<OptionInfo>({
 
 }  // namespace
 
-const ChannelKind kHorizonKind{
+constinit const ChannelKind kHorizonKind{
     .type = ChannelType::kHorizon,
     .name = "horizon",
     .unit = "rad",

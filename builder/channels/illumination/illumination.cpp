@@ -333,7 +333,7 @@ constexpr auto kOptions = std::to_array<OptionInfo>({
 
 }  // namespace
 
-const ChannelKind kIlluminationKind{
+constinit const ChannelKind kIlluminationKind{
     .type = ChannelType::kIllumination,
     .name = "illumination",
     .unit = kRadianceUnit,

@@ -184,7 +184,7 @@ constexpr auto kOptions = std::to_array<OptionInfo>({
 
 }  // namespace
 
-const ChannelKind kMaskKind{
+constinit const ChannelKind kMaskKind{
     .type = ChannelType::kMask,
     .name = "mask",
     .options = kOptions,

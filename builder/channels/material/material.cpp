@@ -268,7 +268,7 @@ constexpr auto kOptions = std::to_array<OptionInfo>({
 
 }  // namespace
 
-const ChannelKind kMaterialKind{
+constinit const ChannelKind kMaterialKind{
     .type = ChannelType::kMaterial,
     .name = "material",
     .options = kOptions,

@@ -400,7 +400,7 @@ constexpr auto kOptions = std::to_array<OptionInfo>({
 
 }  // namespace
 
-const ChannelKind kNormalKind{
+constinit const ChannelKind kNormalKind{
     .type = ChannelType::kNormal,
     .name = "normal",
     .options = kOptions,

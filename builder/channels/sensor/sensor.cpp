@@ -322,7 +322,7 @@ constexpr auto kOptions = std::to_array<OptionInfo>({
 
 }  // namespace
 
-const ChannelKind kSensorKind{
+constinit const ChannelKind kSensorKind{
     .type = ChannelType::kSensor,
     .name = "sensor",
     .unit = kRadianceUnit,

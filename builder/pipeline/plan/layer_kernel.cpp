@@ -3,24 +3,17 @@
 #include <string>
 
 #include "builder/channels/all_channels.h"
+#include "builder/text/names_text.h"
 
 namespace vt::pipeline {
-namespace {
-
-std::string kernel_names() {
-  std::string names;
-  for (const pyramid::HalvingKernel& kernel : pyramid::all_kernels()) names += (names.empty() ? "" : ", ") + std::string(kernel.name);
-  return names;
-}
-
-}  // namespace
-
 Result<pyramid::HalvingKernel> choose_kernel(const LayerRequest& request) {
   const channels::ChannelKind& kind = channels::kind_of(request.channel);
   const std::string channel = channels::channel_name(request.channel);
   const std::string name = !request.kernel.empty() ? request.kernel : std::string(kind.usual_kernel);
   auto kernel = pyramid::kernel_from_name(name);
-  if (!kernel) return fail(ErrorCode::kUsage, "unknown kernel '" + name + "'; known are " + kernel_names());
+  if (!kernel)
+    return fail(ErrorCode::kUsage,
+                "unknown kernel '" + name + "'; known are " + text::names_text(pyramid::all_kernels(), &pyramid::HalvingKernel::name));
   if (kernel->is_point && !kind.may_be_picked)
     return fail(ErrorCode::kUsage,
                 "kernel point takes one texel of four, which is for heights that displace a surface; " + channel + " layers would alias");

@@ -52,13 +52,6 @@ Result<SourceRequest> source_from(const json& value, const std::string& where) {
   return source;
 }
 
-std::optional<SampleType> sample_type_from_name(const std::string& name) {
-  for (const SampleType type : {SampleType::kUint8, SampleType::kInt8, SampleType::kUint16, SampleType::kInt16, SampleType::kUint32,
-                                SampleType::kInt32, SampleType::kFloat32, SampleType::kFloat64})
-    if (name == sample_name(type)) return type;
-  return std::nullopt;
-}
-
 Result<ExpectedSamples> expected_from(const json& value, const std::string& where) {
   ExpectedSamples expected;
   const std::string type = value.at("type").get<std::string>();

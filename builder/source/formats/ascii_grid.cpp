@@ -20,6 +20,7 @@
 #include "builder/source/metadata/gdal_metadata.h"
 #include "builder/source/source_common.h"
 #include "builder/source/tiff/masked_source.h"
+#include "store/format/text.h"
 
 namespace vt::source {
 namespace {
@@ -124,10 +125,7 @@ tl::unexpected<Error> damaged_grid(const FileBytes& file, const std::string& wha
 }
 
 tl::unexpected<Error> no_number(const FileBytes& file, const WordReader& words, std::string_view word) {
-  std::string shown(word.substr(0, 24));
-  std::ranges::replace_if(
-      shown, [](char c) { return c < ' ' || c > '~'; }, '?');
-  return damaged_grid(file, fmt::format("\"{}\" at byte {} is no number", shown, words.word_at()));
+  return damaged_grid(file, fmt::format("\"{}\" at byte {} is no number", store::printable(word.substr(0, 24)), words.word_at()));
 }
 
 // Up to the first sample, whose place it returns.

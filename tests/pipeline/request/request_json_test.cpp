@@ -167,10 +167,14 @@ TEST(RequestJson, KeepsEveryMemberOfEveryClosedSet) {
     request.resample = method;
     expect_kept(request);
   }
-  for (const SampleType type : {SampleType::kUint8, SampleType::kInt8, SampleType::kUint16, SampleType::kInt16, SampleType::kUint32,
-                                SampleType::kInt32, SampleType::kFloat32, SampleType::kFloat64}) {
+  for (const SampleType type : kSampleTypes) {
     LayerRequest request = full_request();
     request.expected->type = type;
+    expect_kept(request);
+  }
+  for (const CoverageChoice::Kind kind : {CoverageChoice::Kind::kAuto, CoverageChoice::Kind::kNone, CoverageChoice::Kind::kBand}) {
+    LayerRequest request = plain_request();
+    request.sources.front().coverage = {.kind = kind, .band = kind == CoverageChoice::Kind::kBand ? 4 : 0};
     expect_kept(request);
   }
   for (int texels = 4; texels <= 4096; texels *= 2) {
