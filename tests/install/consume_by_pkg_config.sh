@@ -17,4 +17,4 @@ export PKG_CONFIG_PATH="$libraries/pkgconfig" LD_LIBRARY_PATH="$libraries"
 "$work/consumer_static" "$store" >"$work/layers_static"
 cmp "$work/layers" "$work/layers_static"
 grep -q '^rgb8: 16 x 16 texels' "$work/layers" || { cat "$work/layers"; exit 1; }
-"$work/runtime_consumer" "$store" rgb8 | grep -q 'vec4 ground(vec2'
+grep -q 'vec4 ground(vec2' <<<"$("$work/runtime_consumer" "$store" rgb8)"

@@ -14,8 +14,9 @@ tools="$(echo "$work"/vt-tools_*.deb)" development="$(echo "$work"/libvt-dev_*.d
 
 # Fields and files that are to be there.
 depends_on() {
-  dpkg-deb -f "$1" Depends | tr ',' '\n' | sed 's/^ *//; s/ .*//' | grep -qx "$2" ||
-    say "$1 does not depend on $2, but: $(dpkg-deb -f "$1" Depends)"
+  local depends
+  depends="$(dpkg-deb -f "$1" Depends)"
+  grep -qx "$2" <<<"$(tr ',' '\n' <<<"$depends" | sed 's/^ *//; s/ .*//')" || say "$1 does not depend on $2, but: $depends"
 }
 depends_on "$tools" libopenimageio2.4
 depends_on "$tools" libzstd1
@@ -36,13 +37,13 @@ for file in libvt_store.a libvt_store.so 'libvt_store.so.[0-9.]*' libvt_runtime.
 done
 if comm -12 <(grep -v '/$' "$work/tools.files" | sort) <(grep -v '/$' "$work/development.files" | sort) | grep .; then say "these files are in both"; fi
 if grep -E 'vtbench|_test' "$work/tools.files"; then say "these are not for users"; fi
-dpkg-deb -I "$development" postinst | grep -q ldconfig || say "installing the libraries does not tell ldconfig"
+grep -q ldconfig <<<"$(dpkg-deb -I "$development" postinst)" || say "installing the libraries does not tell ldconfig"
 
 # The programs run from where the package puts them, with every library found.
 for package in "${packages[@]}"; do dpkg-deb -x "$package" "$work/root"; done
 for file in "$work"/root/usr/bin/* "$work"/root/usr/lib/libvt_*.so "$work"/root/usr/lib/vt/*.so; do
   if ldd "$file" | grep 'not found'; then say "of $file"; fi
-  if readelf -S "$file" | grep -q debug_info; then say "$file is not stripped"; fi
+  if grep -q debug_info <<<"$(readelf -S "$file")"; then say "$file is not stripped"; fi
 done
 "$work/root/usr/bin/vtbuild" --version
 "$work/root/usr/bin/vtinspect" --version

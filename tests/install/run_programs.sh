@@ -56,9 +56,10 @@ complete_words() {
     printf "%s\n" "${COMPREPLY[@]}"' complete "$prefix" "$@"
 }
 offers() {  # offers CANDIDATE WORDS...
-  local candidate="$1"
+  local candidate="$1" offered
   shift
-  complete_words "$@" | grep -qxF -- "$candidate" || say "completing '$*' does not offer $candidate, but: $(complete_words "$@" | tr '\n' ' ')"
+  offered="$(complete_words "$@")"
+  grep -qxF -- "$candidate" <<<"$offered" || say "completing '$*' does not offer $candidate, but: ${offered//$'\n'/ }"
 }
 offers layer vtbuild la
 offers --channel vtbuild layer --ch
