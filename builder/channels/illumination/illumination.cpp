@@ -96,10 +96,15 @@ class IlluminationCodec final : public ChannelCodec {
         return decode_codes<std::uint16_t>(samples, count, out);
       case SampleType::kFloat32:
         if (!layout_.has_alpha && !layout_.nodata) return decode_floats(samples, count, out);
-        [[fallthrough]];
-      default:
-        return decode_any(samples, count, out);
+        break;
+      case SampleType::kInt8:
+      case SampleType::kInt16:
+      case SampleType::kUint32:
+      case SampleType::kInt32:
+      case SampleType::kFloat64:
+        break;
     }
+    return decode_any(samples, count, out);
   }
 
   Result<void> encode_row(std::size_t, const RowNeighbourhood& rows, std::int64_t count, std::byte* out) const override {

@@ -80,9 +80,13 @@ class SensorCodec final : public ChannelCodec {
       case SampleType::kUint16:
       case SampleType::kInt16:
         return decode_codes<std::uint16_t>(samples, count, out);
-      default:
-        return decode_numbers(samples, count, out);
+      case SampleType::kUint32:
+      case SampleType::kInt32:
+      case SampleType::kFloat32:
+      case SampleType::kFloat64:
+        break;
     }
+    return decode_numbers(samples, count, out);
   }
 
   Result<void> encode_row(std::size_t, const RowNeighbourhood& rows, std::int64_t count, std::byte* out) const override {

@@ -22,7 +22,11 @@ NumberCode::NumberCode(TexelFormat format, const std::array<double, 2>& span, bo
       greatest_ = 65504.0;
       least_ = -greatest_;
       return;
-    default:
+    case SampleKind::kUnorm8:
+    case SampleKind::kUnorm16:
+    case SampleKind::kSharedExponent:
+    case SampleKind::kBlock:
+    case SampleKind::kOpaque:
       break;
   }
   kind_ = Kind::kCode;
