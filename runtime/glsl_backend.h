@@ -11,8 +11,8 @@
 
 namespace vt::runtime {
 
-// `vec4 NAME(vec2 uv)` for up to `stages` tiles. Uniforms: sampler2D NAME_tile0.. and vec4 NAME_map0.. (U, V
-// = uv * map.xy + map.zw).
+// `vec4 NAME(vec2 uv)` for up to `stages` tiles. Uniforms: sampler2D NAME_tile0.. and vec4 NAME_map0..:
+// U, V = uv * map.xy + map.zw.
 [[nodiscard]] std::string glsl_function_text(std::string_view name, int stages);
 
 class GlslBackend {

@@ -78,8 +78,8 @@ class Cascade {
   // The row is written; `opaque`: all its weights are exactly 1. Passes on every row that can now be
   // finished.
   virtual void end_row(bool opaque, RowSink& sink) = 0;
-  // Instead of begin_row() and end_row(), of layers whose base texels may be of several classes: row `row` (0
-  // = the first) of `areas`, which follow each other from the first to the last column of the active
+  // Instead of begin_row() and end_row(), of layers whose base texels may be of several classes: row `row`
+  // (0 = the first) of `areas`, which follow each other from the first to the last column of the active
   // rectangle.
   virtual void put_area_row(std::span<const channels::ClassAreaBlock* const> areas, std::int64_t row, RowSink& sink) = 0;
   // An error when a row that was written cannot be part of the layer. The cascade goes on without its data,

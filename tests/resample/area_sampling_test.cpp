@@ -111,8 +111,8 @@ Texels texels_of(const BaseSampler& sampler, const TexelRect& layer, std::int64_
   return texels;
 }
 
-// The definition of a surface's weight at `centre` over `width` samples, along one axis: intervals of n and n
-// + 1 samples, in long double.
+// The definition of a surface's weight at `centre` over `width` samples, along one axis: intervals of n and
+// n + 1 samples, in long double.
 long double surface_weight(long double centre, long double width, std::int64_t sample, std::int64_t end) {
   const long double to_end = std::min(centre, static_cast<long double>(end) - centre);
   width = std::max<long double>(1, std::min(width, 2 * to_end));

@@ -98,8 +98,8 @@ HWY_INLINE void load_alpha8(const std::uint8_t* rows, std::size_t pitch, Texels&
   }
 }
 
-// End points as codes (whole numbers), low <= high, and whether the mode is that of six values. Not six: low
-// < high.
+// End points as codes (whole numbers), low <= high, and whether the mode is that of six values.
+// Not six: low < high.
 struct Ends {
   F low, high;
   FloatMask six;

@@ -10,8 +10,8 @@ namespace vt::encode {
 
 // What was chosen, in few words because the encoder keeps a vector of each: one block per lane.
 struct Bc7Choice {
-  // Mode in bits 0-3, partition 4-9, rotation 10-11, index selection 12, lowest bit of end point n in bit 16
-  // + n. Mode 8 stands for one colour in the whole block, given in ends[0] by its 8-bit values.
+  // Mode in bits 0-3, partition 4-9, rotation 10-11, index selection 12, lowest bit of end point n in
+  // bit 16 + n. Mode 8 stands for one colour in the whole block, given in ends[0] by its 8-bit values.
   std::uint32_t head = 0;
   // Codes of two end points for each subset, without their lowest shared bit: red in bits 0-7, then green,
   // blue, alpha. In modes with a rotation the codes are of the channels after it: alpha is the one with

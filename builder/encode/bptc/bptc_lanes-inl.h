@@ -203,8 +203,9 @@ struct Solution {
 };
 
 // Least squares: the end points that fit the texels best at the positions they have on `line`. With w the
-// weight of end 1 (of 64) and a = sum (64-w)^2, b = sum (64-w) w, c = sum w^2, the normal equations are a e0
-// + b e1 = 64 sum (64-w) x, b e0 + c e1 = 64 sum w x.
+// weight of end 1 (of 64) and a = sum (64-w)^2, b = sum (64-w) w, c = sum w^2, the normal equations are
+//   a e0 + b e1 = 64 sum (64-w) x
+//   b e0 + c e1 = 64 sum w x
 template <int kChannels, class Part>
 HWY_INLINE Solution<kChannels> refined(const Line<kChannels>& line, unsigned index_bits, const Texels<kChannels>& texels, const Part& part,
                                        const Moments<kChannels>& m) {

@@ -15,8 +15,8 @@ namespace vt::pipeline {
 // The rectangle of the definition "area".
 [[nodiscard]] Area area_from_json(const nlohmann::json& area);
 
-// What `layer` asks for; it has passed the schema. `where` is its place, for messages: "SCENE.json: at
-// /layers/0".
+// What `layer` asks for; it has passed the schema. `where` is its place, for messages:
+// "SCENE.json: at /layers/0".
 [[nodiscard]] Result<LayerRequest> layer_from_json(const nlohmann::json& layer, const std::string& where);
 
 // The same reading of a layer that stands alone, which is checked against the schema first.
