@@ -38,6 +38,21 @@ std::string option_names(const ChannelKind& kind) {
   return kind.options.empty() ? "none" : text::names_text(kind.options, &OptionInfo::name);
 }
 
+// "r8, r16 or bc4".
+std::string choice_text(std::span<const TexelFormat> formats) {
+  const auto name = [](TexelFormat format) { return format_info(format).name; };
+  if (formats.size() == 1) return std::string(name(formats.front()));
+  return text::names_text(formats.first(formats.size() - 1), name) + " or " + std::string(name(formats.back()));
+}
+
+Result<void> check_format(const ChannelKind& kind, const ChannelSettings& settings) {
+  const std::span<const TexelFormat> formats = kind.formats(settings.options);
+  if (formats.empty() || std::ranges::find(formats, settings.format) != formats.end()) return {};
+  return fail(ErrorCode::kUnsupported,
+              std::string(kind.name) + " layers cannot be stored as " + std::string(format_info(settings.format).name) +
+                  std::string(kind.why_not_format(settings.format, settings.options)) + "; use " + choice_text(formats));
+}
+
 }  // namespace
 
 const OptionInfo* ChannelKind::find_option(std::string_view option) const {
@@ -87,7 +102,9 @@ Result<void> check_options(ChannelType channel, const Options& options) {
 
 Result<std::unique_ptr<const ChannelCodec>> make_codec(const ChannelSettings& settings, const SampleLayout& layout) {
   VT_CHECK(check_options(settings.channel, settings.options));
-  return kind_of(settings.channel).make(settings, layout);
+  const ChannelKind& kind = kind_of(settings.channel);
+  VT_CHECK(check_format(kind, settings));
+  return kind.make(settings, layout);
 }
 
 }  // namespace vt::channels

@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <set>
 
 namespace vt::channels {
@@ -50,6 +51,34 @@ TEST(AllChannels, OptionsAreTheirOwn) {
   const auto foreign = check_options(ChannelType::kMask, {{"frame", "enu"}});
   ASSERT_FALSE(foreign);
   EXPECT_EQ(foreign.error().message, "option frame does not belong to mask layers; theirs: inside, alpha-coverage");
+}
+
+// The list of formats is the whole truth: of no other format is a codec made, and none of the list is refused
+// for itself. Layers of some formats need options beside; what is missing is what is said then.
+TEST(AllChannels, FormatsAreThoseOfTheList) {
+  for (const ChannelKind* const kind : all_channels()) {
+    const std::span<const TexelFormat> formats = kind->formats({});
+    ASSERT_FALSE(formats.empty()) << kind->name;
+    EXPECT_THAT(formats, testing::Contains(kind->usual_format(SampleType::kUint8, false)));
+    for (const FormatInfo& info : kTexelFormats) {
+      const TexelFormat format = info.format;
+      const bool is_listed = std::ranges::find(formats, format) != formats.end();
+      const auto made = make_codec({.channel = kind->type, .format = format, .transfer = kind->transfer},
+                                   {.type = SampleType::kUint8, .value_bands = kind->bands_wanted(3)});
+      if (made) {
+        EXPECT_TRUE(is_listed) << kind->name << " " << format_info(format).name;
+      } else {
+        const std::string start = std::string(kind->name) + " layers cannot be stored as " + std::string(format_info(format).name);
+        EXPECT_EQ(made.error().message.starts_with(start), !is_listed) << made.error().message;
+      }
+    }
+  }
+  const auto scene = make_codec({.channel = ChannelType::kNormal, .format = TexelFormat::kBc5, .options = {{"frame", "scene"}}},
+                                {.type = SampleType::kUint8, .value_bands = 3});
+  ASSERT_FALSE(scene);
+  EXPECT_EQ(scene.error().message,
+            "normal layers cannot be stored as bc5 in the scene's frame: it leaves z to be computed as positive, and there z may be "
+            "negative; use rgb8 or rgba16");
 }
 
 // The usual format is one that the codec stores, of samples that every channel takes.

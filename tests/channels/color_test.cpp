@@ -7,6 +7,7 @@
 #include <limits>
 #include <random>
 
+#include "builder/channels/all_channels.h"
 #include "builder/channels/shared/srgb.h"
 #include "tests/channels/row_fixture.h"
 
@@ -16,7 +17,7 @@ namespace {
 ChannelSettings settings_for(TexelFormat format) { return {.format = format, .transfer = Transfer::kSrgb}; }
 
 std::unique_ptr<const ChannelCodec> color(const SampleLayout& layout, TexelFormat format) {
-  auto codec = kColorKind.make(settings_for(format), layout);
+  auto codec = make_codec(settings_for(format), layout);
   EXPECT_TRUE(codec.has_value()) << codec.error().message;
   return std::move(*codec);
 }
@@ -108,7 +109,7 @@ TEST(ColorCodec, RangeSaysWhatIsBlackAndWhite) {
 std::unique_ptr<const ChannelCodec> color_with(const Options& options, const SampleLayout& layout, TexelFormat format) {
   ChannelSettings settings = settings_for(format);
   settings.options = options;
-  auto codec = kColorKind.make(settings, layout);
+  auto codec = make_codec(settings, layout);
   EXPECT_TRUE(codec.has_value()) << (codec ? "" : codec.error().message);
   return std::move(*codec);
 }
@@ -240,17 +241,16 @@ TEST(ColorCodec, CoverageThatIsNoNumberIsNone) {
 TEST(ColorCodec, AssociatedNeedsACoverageBand) {
   ChannelSettings settings = settings_for(TexelFormat::kRgb8);
   settings.options = {{"alpha", "associated"}};
-  EXPECT_EQ(kColorKind.make(settings, {}).error().code, ErrorCode::kUsage);
-  const auto with_range =
-      kColorKind.make(settings, {.type = SampleType::kFloat32, .has_alpha = true, .range = std::array<double, 2>{1.0, 2.0}});
+  EXPECT_EQ(make_codec(settings, {}).error().code, ErrorCode::kUsage);
+  const auto with_range = make_codec(settings, {.type = SampleType::kFloat32, .has_alpha = true, .range = std::array<double, 2>{1.0, 2.0}});
   ASSERT_FALSE(with_range.has_value());
   EXPECT_NE(with_range.error().message.find("`range` 0,HIGH"), std::string::npos);
 }
 
 TEST(ColorCodec, RefusesWhatItCannotMean) {
-  EXPECT_EQ(kColorKind.make(settings_for(TexelFormat::kR32Float), {}).error().code, ErrorCode::kUnsupported);
-  EXPECT_EQ(kColorKind.make(settings_for(TexelFormat::kRgb8), {.value_bands = 2}).error().code, ErrorCode::kUnsupported);
-  const auto without_range = kColorKind.make(settings_for(TexelFormat::kRgb8), {.type = SampleType::kInt16});
+  EXPECT_EQ(make_codec(settings_for(TexelFormat::kR32Float), {}).error().code, ErrorCode::kUnsupported);
+  EXPECT_EQ(make_codec(settings_for(TexelFormat::kRgb8), {.value_bands = 2}).error().code, ErrorCode::kUnsupported);
+  const auto without_range = make_codec(settings_for(TexelFormat::kRgb8), {.type = SampleType::kInt16});
   ASSERT_FALSE(without_range.has_value());
   EXPECT_NE(without_range.error().message.find("`range`"), std::string::npos);
 }

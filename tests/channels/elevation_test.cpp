@@ -7,6 +7,7 @@
 #include <cstring>
 #include <random>
 
+#include "builder/channels/all_channels.h"
 #include "store/texel/texel_decoder.h"
 #include "tests/channels/row_fixture.h"
 
@@ -15,7 +16,7 @@ namespace {
 
 template <class T>
 std::vector<float> there_and_back(const SampleLayout& layout, const std::vector<T>& samples) {
-  auto codec = kElevationKind.make({.channel = ChannelType::kElevation, .format = TexelFormat::kR32Float}, layout);
+  auto codec = make_codec({.channel = ChannelType::kElevation, .format = TexelFormat::kR32Float}, layout);
   EXPECT_TRUE(codec.has_value());
   const auto count = static_cast<std::int64_t>(samples.size());
   Rows rows(count);
@@ -77,7 +78,7 @@ TEST(ElevationCodec, VoidsBecomeNaNWhateverTheyAreCalled) {
 }
 
 TEST(ElevationCodec, OutsideIsNaN) {
-  const auto codec = kElevationKind.make({.channel = ChannelType::kElevation, .format = TexelFormat::kR32Float}, {.value_bands = 1});
+  const auto codec = make_codec({.channel = ChannelType::kElevation, .format = TexelFormat::kR32Float}, {.value_bands = 1});
   float texel = 3.0F;
   (*codec)->mark_outside(0, reinterpret_cast<std::byte*>(&texel), 1);
   std::uint32_t bits = 0;
@@ -86,7 +87,7 @@ TEST(ElevationCodec, OutsideIsNaN) {
 }
 
 std::unique_ptr<const ChannelCodec> heights(TexelFormat format, const SampleLayout& layout, const Options& options = {}) {
-  auto codec = kElevationKind.make({.channel = ChannelType::kElevation, .format = format, .options = options}, layout);
+  auto codec = make_codec({.channel = ChannelType::kElevation, .format = format, .options = options}, layout);
   EXPECT_TRUE(codec.has_value()) << (codec ? "" : codec.error().message);
   return std::move(*codec);
 }
@@ -174,8 +175,7 @@ TEST(ElevationCodec, HalvesAndCodesOfBoundsEncloseWhatTheyBound) {
 }
 
 std::unique_ptr<const ChannelCodec> wide_heights(TexelFormat format, const SampleLayout& layout, const Options& options) {
-  auto codec =
-      kElevationKind.make({.channel = ChannelType::kElevation, .format = format, .samples_are_wide = true, .options = options}, layout);
+  auto codec = make_codec({.channel = ChannelType::kElevation, .format = format, .samples_are_wide = true, .options = options}, layout);
   EXPECT_TRUE(codec.has_value()) << (codec ? "" : codec.error().message);
   return std::move(*codec);
 }
@@ -282,7 +282,7 @@ TEST(ElevationCodec, NamesTheHeightThatDoesNotFit) {
 
 TEST(ElevationCodec, RefusesWhatItCannotMean) {
   const auto refused = [](TexelFormat format, const SampleLayout& layout, const Options& options) {
-    const auto codec = kElevationKind.make({.channel = ChannelType::kElevation, .format = format, .options = options}, layout);
+    const auto codec = make_codec({.channel = ChannelType::kElevation, .format = format, .options = options}, layout);
     EXPECT_FALSE(codec.has_value());
     return codec ? std::string() : codec.error().message;
   };

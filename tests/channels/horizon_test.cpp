@@ -17,7 +17,7 @@ namespace {
 constexpr double kDeg = kRadiansPerDegree;
 
 MadeCodec try_codec(TexelFormat format, const SampleLayout& layout, const Options& options = {}) {
-  return kHorizonKind.make({.channel = ChannelType::kHorizon, .format = format, .options = options}, layout);
+  return make_codec({.channel = ChannelType::kHorizon, .format = format, .options = options}, layout);
 }
 
 std::unique_ptr<const ChannelCodec> codec_for(TexelFormat format, const SampleLayout& layout, const Options& options = {}) {
@@ -243,7 +243,7 @@ TEST(HorizonCodec, ANarrowSpanMakesEightBitsShowLowSun) {
 
 TEST(HorizonCodec, RefusesWhatWouldBeWrongAndSaysWhatToUse) {
   for (const TexelFormat format : {TexelFormat::kBc1, TexelFormat::kBc3, TexelFormat::kBc7})
-    EXPECT_NE(refusal(format, floats(2)).find("use bc5 or rgba16"), std::string::npos);
+    EXPECT_NE(refusal(format, floats(2)).find("which moves shadows; use rgba16, rg16, rgba8, rg8 or bc5"), std::string::npos);
   EXPECT_NE(refusal(TexelFormat::kR32Float, floats(2)).find("use rgba16"), std::string::npos);
   EXPECT_NE(refusal(TexelFormat::kRgba16, floats(1)).find("`azimuths`"), std::string::npos);
   EXPECT_NE(refusal(TexelFormat::kRgba16, floats(2), {{"azimuths", "90"}}).find("1 directions are named"), std::string::npos);

@@ -6,13 +6,14 @@
 #include <limits>
 #include <random>
 
+#include "builder/channels/all_channels.h"
 #include "tests/channels/row_fixture.h"
 
 namespace vt::channels {
 namespace {
 
 std::unique_ptr<const ChannelCodec> mask(const SampleLayout& layout, TexelFormat format = TexelFormat::kR8, const Options& options = {}) {
-  auto codec = kMaskKind.make({.channel = ChannelType::kMask, .format = format, .options = options}, layout);
+  auto codec = make_codec({.channel = ChannelType::kMask, .format = format, .options = options}, layout);
   EXPECT_TRUE(codec.has_value()) << (codec ? "" : codec.error().message);
   return std::move(*codec);
 }
@@ -108,7 +109,7 @@ TEST(MaskCodec, AlphaTestsKeepThePlainMeanBeside) {
 
 TEST(MaskCodec, RefusesWhatItCannotMean) {
   const auto refused = [](TexelFormat format, const SampleLayout& layout, const Options& options) {
-    const auto codec = kMaskKind.make({.channel = ChannelType::kMask, .format = format, .options = options}, layout);
+    const auto codec = make_codec({.channel = ChannelType::kMask, .format = format, .options = options}, layout);
     EXPECT_FALSE(codec.has_value());
     return codec ? std::string() : codec.error().message;
   };

@@ -8,6 +8,7 @@
 #include <numbers>
 #include <random>
 
+#include "builder/channels/all_channels.h"
 #include "builder/channels/normal/normal_moments.h"
 #include "builder/channels/normal/normal_rows.h"
 #include "builder/channels/shared/angle.h"
@@ -19,13 +20,13 @@ namespace {
 using Vec3 = std::array<double, 3>;
 
 std::unique_ptr<const ChannelCodec> codec_for(TexelFormat format, const SampleLayout& layout, const Options& options = {}) {
-  auto codec = kNormalKind.make({.channel = ChannelType::kNormal, .format = format, .options = options}, layout);
+  auto codec = make_codec({.channel = ChannelType::kNormal, .format = format, .options = options}, layout);
   EXPECT_TRUE(codec.has_value()) << (codec ? "" : codec.error().message);
   return codec ? std::move(*codec) : nullptr;
 }
 
 std::string refusal(TexelFormat format, const SampleLayout& layout, const Options& options = {}) {
-  auto codec = kNormalKind.make({.channel = ChannelType::kNormal, .format = format, .options = options}, layout);
+  auto codec = make_codec({.channel = ChannelType::kNormal, .format = format, .options = options}, layout);
   return codec ? "" : codec.error().message;
 }
 
@@ -411,7 +412,7 @@ TEST(NormalCodec, GrazingNormalsHaveFiniteMoments) {
 
 TEST(NormalCodec, RefusesWhatWouldBeWrongAndSaysWhatToUse) {
   for (const TexelFormat format : {TexelFormat::kBc1, TexelFormat::kBc3, TexelFormat::kBc7})
-    EXPECT_NE(refusal(format, kFloats).find("use bc5"), std::string::npos);
+    EXPECT_NE(refusal(format, kFloats).find("by degrees; use rgb8, rg16, rgba16 or bc5"), std::string::npos);
   for (const TexelFormat format : {TexelFormat::kRg16, TexelFormat::kBc5})
     EXPECT_NE(refusal(format, kFloats, {{"frame", "scene"}}).find("z may be negative; use rgb8 or rgba16"), std::string::npos);
   EXPECT_NE(refusal(TexelFormat::kRgb8, kFloats, {{"frame", "scene"}, {"moments", "lean"}}).find("vertical"), std::string::npos);

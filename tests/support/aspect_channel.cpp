@@ -74,17 +74,16 @@ class AspectCodec final : public ChannelCodec {
   UnormCode code_ = unorm_code(TexelFormat::kRg16, -1.0, 1.0, 1);
 };
 
-MadeCodec make_aspect(const ChannelSettings& settings, const SampleLayout& layout) {
-  if (settings.format != TexelFormat::kRg16)
-    return fail(ErrorCode::kUnsupported, "an aspect layer is stored as rg16, not as " + std::string(format_info(settings.format).name));
-  return std::make_unique<const AspectCodec>(layout);
-}
+constexpr std::array kFormats{TexelFormat::kRg16};
+
+MadeCodec make_aspect(const ChannelSettings&, const SampleLayout& layout) { return std::make_unique<const AspectCodec>(layout); }
 
 constinit const ChannelKind kAspectKind{
     .type = kAspect,
     .name = "aspect",
     .has_one_value = true,
     .why_only_box = "the mean of directions has a length only if none is subtracted",
+    .formats = [](const Options&) { return std::span<const TexelFormat>(kFormats); },
     .usual_format = [](SampleType, bool) { return TexelFormat::kRg16; },
     .make = make_aspect,
 };

@@ -72,6 +72,14 @@ struct ChannelKind {
 
   // ---- How it is stored ----
 
+  // The formats that a layer may be stored as, in the order in which messages name them; make() is given no
+  // other. Empty: make() looks at the format itself.
+  std::span<const TexelFormat> (*formats)(const Options& options) = [](const Options&) { return std::span<const TexelFormat>(); };
+  // Why another format will not do, for messages: completes "mask layers cannot be stored as rgb8". May be
+  // empty.
+  std::string_view (*why_not_format)(TexelFormat format, const Options& options) = [](TexelFormat, const Options&) {
+    return std::string_view();
+  };
   // The format of a layer for which nobody names one.
   TexelFormat (*usual_format)(SampleType samples, bool may_be_empty) = nullptr;
   Transfer transfer = Transfer::kLinear;

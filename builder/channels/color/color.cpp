@@ -265,12 +265,10 @@ class ColorCodec final : public ChannelCodec {
   std::vector<float> light_between_codes_;      // in 65535ths of the full code
 };
 
+constexpr std::array kFormats{TexelFormat::kRgb8, TexelFormat::kRgba8, TexelFormat::kBc1, TexelFormat::kBc3, TexelFormat::kBc7};
+
 MadeCodec make_color(const ChannelSettings& settings, const SampleLayout& layout) {
   const TexelFormat format = settings.format;
-  if (format != TexelFormat::kRgb8 && format != TexelFormat::kRgba8 && format != TexelFormat::kBc1 && format != TexelFormat::kBc3 &&
-      format != TexelFormat::kBc7)
-    return fail(ErrorCode::kUnsupported,
-                "a colour layer cannot be stored as " + std::string(format_info(format).name) + "; use rgb8, rgba8, bc1, bc3 or bc7");
   if (layout.value_bands != 1 && layout.value_bands != 3)
     return fail(ErrorCode::kUnsupported, "colour needs one band (grey) or three, found " + std::to_string(layout.value_bands) +
                                              "; choose with `bands`, for example `bands` 3,2,1");
@@ -319,6 +317,7 @@ constinit const ChannelKind kColorKind{
     .has_black_and_white = true,
     .concern = source::Concern::kColor,
     .usual_kernel = "kaiser3",
+    .formats = [](const Options&) { return std::span<const TexelFormat>(kFormats); },
     // Coverage has to be stored when there can be texels without data; an opaque format is the user's
     // explicit wish.
     .usual_format = [](SampleType, bool may_be_empty) { return may_be_empty ? TexelFormat::kRgba8 : TexelFormat::kRgb8; },

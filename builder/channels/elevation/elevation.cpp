@@ -398,11 +398,10 @@ Result<CodedHeights> choose_codes(const Options& options, const SampleLayout& la
   return CodedHeights{.offset = (std::floor((*range)[0] / quantum) - 1.0) * quantum, .quantum = quantum};
 }
 
+constexpr std::array kFormats{TexelFormat::kR32Float, TexelFormat::kR16, TexelFormat::kR16Float};
+
 MadeCodec make_elevation(const ChannelSettings& settings, const SampleLayout& layout) {
   HeightChoices choices{.format = settings.format, .is_wide = settings.samples_are_wide};
-  if (choices.format != TexelFormat::kR32Float && choices.format != TexelFormat::kR16Float && choices.format != TexelFormat::kR16)
-    return fail(ErrorCode::kUnsupported, "an elevation layer cannot be stored as " + std::string(format_info(settings.format).name) +
-                                             ": eight bits or a block of 4x4 are too coarse for heights; use r32f, r16 or r16f");
   if (layout.value_bands != 1)
     return fail(ErrorCode::kUnsupported,
                 "elevation needs exactly one band, found " + std::to_string(layout.value_bands) + "; choose with `bands`");
@@ -462,6 +461,9 @@ constinit const ChannelKind kElevationKind{
     .concern = source::Concern::kHeights,
     .why_only_box = "negative lobes would put heights outside the range of the terrain",
     .may_be_picked = true,
+    .formats = [](const Options&) { return std::span<const TexelFormat>(kFormats); },
+    .why_not_format = [](TexelFormat,
+                         const Options&) { return std::string_view(": eight bits or a block of 4x4 are too coarse for heights"); },
     .usual_format = [](SampleType, bool) { return TexelFormat::kR32Float; },
     .stored_ratio = stored_ratio,
     .carry_ratio = 0.25,

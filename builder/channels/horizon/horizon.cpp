@@ -258,27 +258,14 @@ Result<Span> choose_span(const Options& options) {
   return Span{numbers[0], numbers[1]};
 }
 
-Result<void> check_format(TexelFormat format) {
-  const std::string name(format_info(format).name);
-  switch (format) {
-    case TexelFormat::kRg8:
-    case TexelFormat::kRgba8:
-    case TexelFormat::kRg16:
-    case TexelFormat::kRgba16:
-    case TexelFormat::kBc5:
-      return {};
-    case TexelFormat::kBc1:
-    case TexelFormat::kBc3:
-    case TexelFormat::kBc7:
-      return fail(ErrorCode::kUnsupported, "horizons cannot be stored as " + name +
-                                               ": its blocks tie angles and deviations together, which moves shadows; use bc5 or rgba16");
-    default:
-      return fail(ErrorCode::kUnsupported, "horizons cannot be stored as " + name + "; use rgba16, rg16, rgba8, rg8 or bc5");
-  }
+constexpr std::array kFormats{TexelFormat::kRgba16, TexelFormat::kRg16, TexelFormat::kRgba8, TexelFormat::kRg8, TexelFormat::kBc5};
+
+std::string_view why_not_format(TexelFormat format, const Options&) {
+  const bool ties_all = format == TexelFormat::kBc1 || format == TexelFormat::kBc3 || format == TexelFormat::kBc7;
+  return ties_all ? ": its blocks tie angles and deviations together, which moves shadows" : "";
 }
 
 MadeCodec make_horizon(const ChannelSettings& settings, const SampleLayout& layout) {
-  VT_CHECK(check_format(settings.format));
   VT_ASSIGN(const Span span, choose_span(settings.options));
   VT_ASSIGN(const HorizonInput input, choose_horizon_input(settings.options, layout));
   return std::make_unique<const HorizonCodec>(input, settings.format, span);
@@ -336,6 +323,8 @@ constinit const ChannelKind kHorizonKind{
     .uses_declared_scale = true,
     .check_samples = check_unit,
     .why_only_box = "what is averaged are moments of a distribution of angles, and a negative share of a distribution does not exist",
+    .formats = [](const Options&) { return std::span<const TexelFormat>(kFormats); },
+    .why_not_format = why_not_format,
     .usual_format = [](SampleType, bool) { return TexelFormat::kRgba16; },
     .make = make_horizon,
 };

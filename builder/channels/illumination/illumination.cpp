@@ -293,15 +293,9 @@ class IlluminationCodec final : public ChannelCodec {
   std::vector<float> light_of_code_;
 };
 
-bool is_known_format(TexelFormat format) {
-  return format == TexelFormat::kRgba16Float || format == TexelFormat::kRgba32Float || format == TexelFormat::kRgb9e5 ||
-         format == TexelFormat::kBc6h;
-}
+constexpr std::array kFormats{TexelFormat::kRgba32Float, TexelFormat::kRgba16Float, TexelFormat::kRgb9e5, TexelFormat::kBc6h};
 
 MadeCodec make_illumination(const ChannelSettings& settings, const SampleLayout& layout) {
-  if (!is_known_format(settings.format))
-    return fail(ErrorCode::kUnsupported, "an illumination layer cannot be stored as " + std::string(format_info(settings.format).name) +
-                                             ", which has no room for lamps beside darkness; use rgba32f, rgba16f, rgb9e5 or bc6h");
   if (layout.value_bands != 1 && layout.value_bands != 3)
     return fail(ErrorCode::kUnsupported, "illumination needs one band or three, found " + std::to_string(layout.value_bands) +
                                              "; choose with `bands`, for example `bands` 1");
@@ -347,6 +341,8 @@ constinit const ChannelKind kIlluminationKind{
     .reads_colors = true,
     .concern = source::Concern::kColor,
     .why_only_box = "light has to be conserved and cannot be negative",
+    .formats = [](const Options&) { return std::span<const TexelFormat>(kFormats); },
+    .why_not_format = [](TexelFormat, const Options&) { return std::string_view(", which has no room for lamps beside darkness"); },
     .usual_format = [](SampleType, bool) { return TexelFormat::kRgba32Float; },
     .fourth_is_coverage = true,
     .chooses_stored_light = [](TexelFormat format,

@@ -153,11 +153,10 @@ class MaskCodec final : public ChannelCodec {
   std::array<float, 256> share_of_code_{};
 };
 
+constexpr std::array kFormats{TexelFormat::kR8, TexelFormat::kR16, TexelFormat::kBc4};
+
 MadeCodec make_mask(const ChannelSettings& settings, const SampleLayout& layout) {
   const TexelFormat format = settings.format;
-  if (format != TexelFormat::kR8 && format != TexelFormat::kR16 && format != TexelFormat::kBc4)
-    return fail(ErrorCode::kUnsupported, "a mask layer cannot be stored as " + std::string(format_info(format).name) +
-                                             ": it is one share from 0 to 1; use r8, r16 or bc4");
   if (layout.value_bands != 1)
     return fail(ErrorCode::kUnsupported, "a mask needs exactly one band, found " + std::to_string(layout.value_bands) +
                                              "; choose with `bands`, for example `bands` 4");
@@ -191,6 +190,8 @@ constinit const ChannelKind kMaskKind{
     .has_one_value = true,
     .may_be_coverage = true,
     .why_only_box = "coverage has to be conserved and cannot be negative",
+    .formats = [](const Options&) { return std::span<const TexelFormat>(kFormats); },
+    .why_not_format = [](TexelFormat, const Options&) { return std::string_view(": they are one share from 0 to 1"); },
     .usual_format = [](SampleType, bool) { return TexelFormat::kR8; },
     .absent = Absent::kZero,
     .make = make_mask,

@@ -230,13 +230,14 @@ Result<int> choose_no_data(const ChannelSettings& settings, int greatest) {
   return declared >= 0.0 && declared <= greatest && declared == std::floor(declared) ? static_cast<int>(declared) : greatest;
 }
 
+constexpr std::array kFormats{TexelFormat::kR8, TexelFormat::kR16};
+
+std::string_view why_not_format(TexelFormat format, const Options&) {
+  const bool is_block = format_info(format).samples == SampleKind::kBlock;
+  return is_block ? ": a decoded block holds numbers between its classes, which are other classes" : "";
+}
+
 MadeCodec make_material(const ChannelSettings& settings, const SampleLayout& layout) {
-  const std::string format(format_info(settings.format).name);
-  if (format_info(settings.format).samples == SampleKind::kBlock)
-    return fail(ErrorCode::kUnsupported, "a material layer cannot be stored as " + format +
-                                             ": a decoded block holds numbers between its classes, which are other classes; use r8 or r16");
-  if (settings.format != TexelFormat::kR8 && settings.format != TexelFormat::kR16)
-    return fail(ErrorCode::kUnsupported, "a material layer cannot be stored as " + format + "; use r8 or r16");
   if (layout.value_bands != 1)
     return fail(ErrorCode::kUnsupported,
                 "material needs exactly one band, found " + std::to_string(layout.value_bands) + "; choose with `bands`");
@@ -275,6 +276,8 @@ constinit const ChannelKind kMaterialKind{
     .has_one_value = true,
     .why_only_box = "classes are counted, and a count has no negative share",
     .counted = [](const Options&) { return std::string_view("material layers"); },
+    .formats = [](const Options&) { return std::span<const TexelFormat>(kFormats); },
+    .why_not_format = why_not_format,
     .usual_format = [](SampleType samples, bool) { return sample_bytes(samples) > 1 ? TexelFormat::kR16 : TexelFormat::kR8; },
     .shown = Shown::kClasses,
     .absent = Absent::kClass,

@@ -14,6 +14,7 @@
 
 #include "builder/channels/normal/normal.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <optional>
@@ -353,36 +354,35 @@ class NormalCodec final : public ChannelCodec {
   std::vector<PartKind> part_kinds_;
 };
 
-Result<void> check_format(TexelFormat format, Frame frame) {
-  const std::string name(format_info(format).name);
-  switch (format) {
-    case TexelFormat::kRgb8:
-    case TexelFormat::kRgba16:
-      return {};
-    case TexelFormat::kRg16:
-    case TexelFormat::kBc5:
-      if (frame == Frame::kEnu) return {};
-      return fail(ErrorCode::kUnsupported, "normals in the scene's frame cannot be stored as " + name +
-                                               ": it leaves z to be computed as positive, and there z may be negative; use rgb8 or rgba16");
-    case TexelFormat::kBc1:
-    case TexelFormat::kBc3:
-    case TexelFormat::kBc7:
-      return fail(ErrorCode::kUnsupported, "normals cannot be stored as " + name +
-                                               ": its blocks tie x, y and z together, which turns directions by degrees; use bc5");
-    default:
-      return fail(ErrorCode::kUnsupported, "normals cannot be stored as " + name + "; use rgb8, rg16, rgba16 or bc5");
-  }
+constexpr std::array<std::string_view, 2> kFrames{"enu", "scene"};
+
+constexpr std::array kFormats{TexelFormat::kRgb8, TexelFormat::kRg16, TexelFormat::kRgba16, TexelFormat::kBc5};
+// Those of two components leave z to be computed as positive.
+constexpr std::array kFormatsWithZ{TexelFormat::kRgb8, TexelFormat::kRgba16};
+
+bool is_of_scene(const Options& options) {
+  const auto frame = options.find("frame");
+  return frame != options.end() && frame->second == kFrames[1];
+}
+
+std::span<const TexelFormat> formats(const Options& options) {
+  return is_of_scene(options) ? std::span<const TexelFormat>(kFormatsWithZ) : std::span<const TexelFormat>(kFormats);
+}
+
+std::string_view why_not_format(TexelFormat format, const Options& options) {
+  if (is_of_scene(options) && std::ranges::find(kFormats, format) != kFormats.end())
+    return " in the scene's frame: it leaves z to be computed as positive, and there z may be negative";
+  const bool ties_all = format == TexelFormat::kBc1 || format == TexelFormat::kBc3 || format == TexelFormat::kBc7;
+  return ties_all ? ": its blocks tie x, y and z together, which turns directions by degrees" : "";
 }
 
 MadeCodec make_normal(const ChannelSettings& settings, const SampleLayout& layout) {
-  constexpr std::array<std::string_view, 2> kFrames{"enu", "scene"};
   constexpr std::array<std::string_view, 2> kMoments{"none", "lean"};
   VT_ASSIGN(const std::string frame, choice_of(settings.options, "frame", kFrames[0], kFrames));
   VT_ASSIGN(const std::string moments, choice_of(settings.options, "moments", kMoments[0], kMoments));
   NormalStyle style{.format = settings.format, .frame = frame == kFrames[0] ? Frame::kEnu : Frame::kScene};
   VT_ASSIGN(style.has_length, flag_of(settings.options, "length", true));
   style.has_moments = moments == kMoments[1];
-  VT_CHECK(check_format(style.format, style.frame));
   if (style.has_moments && style.frame == Frame::kScene)
     return fail(ErrorCode::kUnsupported,
                 "moments of slopes need a vertical, which only frame enu has; use `frame` enu or leave `moments` out");
@@ -407,6 +407,8 @@ constinit const ChannelKind kNormalKind{
     .bands_wanted = [](int candidates) { return candidates >= 3 ? 3 : 2; },
     .reads_colors = true,
     .why_only_box = "the mean of unit vectors has a length only if no direction is subtracted",
+    .formats = formats,
+    .why_not_format = why_not_format,
     .usual_format = [](SampleType, bool) { return TexelFormat::kRgb8; },
     .shown = Shown::kDirections,
     .make = make_normal,

@@ -280,8 +280,13 @@ class SensorCodec final : public ChannelCodec {
   std::vector<float> value_of_code_;
 };
 
-bool is_known_format(TexelFormat format) {
-  return format == TexelFormat::kR32Float || format == TexelFormat::kR16Float || format == TexelFormat::kR16 || format == TexelFormat::kBc4;
+// A thermal basis has several numbers in a texel, or each of them in a layer of its own.
+constexpr std::array kFormats{TexelFormat::kR32Float, TexelFormat::kR16Float, TexelFormat::kR16, TexelFormat::kBc4};
+constexpr std::array kThermalFormats{TexelFormat::kRgba16,   TexelFormat::kRgba16Float, TexelFormat::kRgba32Float, TexelFormat::kR16,
+                                     TexelFormat::kR16Float, TexelFormat::kR32Float,    TexelFormat::kBc4};
+
+std::span<const TexelFormat> formats(const Options& options) {
+  return options.contains("basis") ? std::span<const TexelFormat>(kThermalFormats) : std::span<const TexelFormat>(kFormats);
 }
 
 bool needs_span(TexelFormat format) { return format == TexelFormat::kR16 || format == TexelFormat::kBc4; }
@@ -297,9 +302,6 @@ MadeCodec make_sensor(const ChannelSettings& settings, const SampleLayout& layou
   if (settings.options.contains("basis")) return make_thermal_codec(settings, layout);
   if (settings.options.contains("components"))
     return fail(ErrorCode::kUsage, "option components: it is the number of curves of a thermal library; name that with `basis` FILE");
-  if (!is_known_format(settings.format))
-    return fail(ErrorCode::kUnsupported, "a sensor layer cannot be stored as " + std::string(format_info(settings.format).name) +
-                                             ", which is for colours; use r32f, r16f, r16 or bc4");
   VT_ASSIGN(SensorQuantity quantity, sensor_quantity(settings.options, layout));
   if (needs_span(settings.format) && !quantity.span)
     return fail(ErrorCode::kUsage, std::string("codes of ") + std::string(format_info(settings.format).name) +
@@ -336,6 +338,9 @@ constinit const ChannelKind kSensorKind{
     .why_only_box = "radiance has to be conserved and cannot be negative",
     .counted =
         [](const Options& options) { return std::string_view(options.contains("basis") ? "sensor layers with a thermal basis" : ""); },
+    .formats = formats,
+    .why_not_format = [](TexelFormat,
+                         const Options& options) { return std::string_view(options.contains("basis") ? "" : ", which is for colours"); },
     .usual_format = [](SampleType, bool) { return TexelFormat::kR32Float; },
     .make = make_sensor,
 };

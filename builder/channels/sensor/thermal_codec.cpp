@@ -306,11 +306,6 @@ std::string metadata_of(const Thermal& thermal, const std::vector<ResponsePoint>
 }
 
 Result<void> check_fit(const ChannelSettings& settings) {
-  constexpr std::array kFormats{TexelFormat::kRgba16,   TexelFormat::kRgba16Float, TexelFormat::kRgba32Float, TexelFormat::kR16,
-                                TexelFormat::kR16Float, TexelFormat::kR32Float,    TexelFormat::kBc4};
-  if (std::find(kFormats.begin(), kFormats.end(), settings.format) == kFormats.end())
-    return fail(ErrorCode::kUnsupported, "a thermal basis cannot be stored as " + std::string(format_info(settings.format).name) +
-                                             "; use rgba16, rgba16f or rgba32f, or r16, r16f, r32f or bc4 for each coefficient by itself");
   for (const char* name : {"quantity", "store", "input-scale", "input-offset", "input-unit", "span", "unit"})
     if (settings.options.contains(name))
       return fail(ErrorCode::kUsage,
