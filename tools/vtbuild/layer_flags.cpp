@@ -7,6 +7,7 @@
 #include <optional>
 #include <string_view>
 #include <utility>
+#include <vector>
 
 #include "builder/channels/all_channels.h"
 #include "builder/pyramid/halving_kernel.h"
@@ -36,6 +37,25 @@ void add_channel_options(CLI::App& command, channels::Options& options) {
     }
     command.add_option("--" + name, options[name], help)->type_name(std::string(uses.front().option->values))->group(group + " layers");
   }
+}
+
+// "kaiser3 for color, box for all others".
+std::string usual_kernels_text() {
+  const std::string_view most = channels::ChannelKind{}.usual_kernel;
+  std::string text;
+  for (const channels::ChannelKind* const kind : channels::all_channels())
+    if (kind->usual_kernel != most) text += std::string(kind->usual_kernel) + " for " + std::string(kind->name) + ", ";
+  return text + std::string(most) + " for all others";
+}
+
+// "bilinear, for material nearest": the channels whose layers are counted whatever their options are.
+std::string usual_methods_text() {
+  std::vector<std::string_view> counted;
+  for (const channels::ChannelKind* const kind : channels::all_channels())
+    if (!kind->counted({}).empty()) counted.push_back(kind->name);
+  const std::string text(resample::method_name(resample::Method::kBilinear));
+  if (counted.empty()) return text;
+  return text + ", for " + text::names_text(counted) + " " + std::string(resample::method_name(resample::Method::kNearest));
 }
 
 // nullopt when the option is not given.
@@ -165,7 +185,7 @@ void LayerFlags::add_to(CLI::App& command) {
   command.add_option("--name", name, "name of the layer (default: the channel's)");
   command.add_option("--kernel", kernel,
                      "filter from level to level: " + text::names_text(pyramid::all_kernels(), &pyramid::HalvingKernel::name) +
-                         " (default: kaiser3 for color, box for all others; point is for heights that displace)");
+                         " (default: " + usual_kernels_text() + "; point is for heights that displace)");
   command.add_option("--format", format, "texel format (default: what the channel and the source suggest)");
   command.add_option("--quality", quality, "effort of block compression: fast, normal or best")->capture_default_str();
   command.add_option("--compression", compression, "none or zstd:N, N from 1 to 19")->capture_default_str();
@@ -183,8 +203,9 @@ void LayerFlags::add_to(CLI::App& command) {
                      "cover); inputs may come later, with --update");
   command.add_option(
       "--resample", resample,
-      "for inputs on another grid: bilinear, or nearest, which keeps samples as they are and moves a grid that is off by part "
-      "of a texel; where a texel lies over several samples, all count by their area (default: bilinear, for material nearest)");
+      std::string("for inputs on another grid: bilinear, or nearest, which keeps samples as they are and moves a grid that is off by part "
+                  "of a texel; where a texel lies over several samples, all count by their area (default: ") +
+          usual_methods_text() + ")");
   command.add_option("--bands", bands, "exactly the bands to use, counted from 1, for example 3,2,1");
   command.add_option(
       "--alpha", alpha,
