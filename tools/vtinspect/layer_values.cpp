@@ -12,7 +12,6 @@
 #include "builder/channels/all_channels.h"
 #include "builder/channels/shared/srgb.h"
 #include "builder/text/json_text.h"
-#include "store/texel/bc1.h"
 #include "store/texel/texel_decoder.h"
 
 namespace vt::inspect {

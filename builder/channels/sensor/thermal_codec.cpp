@@ -20,7 +20,6 @@
 #include "builder/channels/codec/channel_options.h"
 #include "builder/channels/samples/nodata.h"
 #include "builder/channels/samples/read_samples.h"
-#include "builder/channels/sensor/sensor_quantity.h"
 #include "builder/channels/sensor/spectral_response.h"
 #include "builder/channels/sensor/thermal_basis.h"
 #include "builder/channels/shared/format_of_channels.h"

@@ -6,7 +6,6 @@
 #include <cctype>
 #include <cmath>
 
-#include "builder/source/metadata/color_remarks.h"
 #include "builder/source/picture/header_bytes.h"
 #include "builder/source/picture/picture_format.h"
 
