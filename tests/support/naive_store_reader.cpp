@@ -175,56 +175,62 @@ std::uint64_t morton_of(std::uint64_t x, std::uint64_t y) {
 
 // ---- Section 8: the table of formats
 
+enum class Numbers { kNone, kCodes, kHalves, kFloats };  // kNone: those that codec 2 and zero_is_nodata do not take
+
 struct Format {
+  unsigned number;
+  const char* name;
   std::uint64_t edge;
   std::uint64_t block_bytes;
+  Numbers numbers = Numbers::kNone;
+  std::uint64_t channels = 0;  // of numbers
 };
 
-Format format_of(unsigned number) {
-  switch (number) {
-    case 1:  // rgb8
-      return {.edge = 1, .block_bytes = 3};
-    case 2:  // rgba8
-      return {.edge = 1, .block_bytes = 4};
-    case 3:  // bc1
-      return {.edge = 4, .block_bytes = 8};
-    case 4:  // r32f
-      return {.edge = 1, .block_bytes = 4};
-    case 5:  // rg32f
-      return {.edge = 1, .block_bytes = 8};
-    case 6:  // rgba32f
-    case 7:  // hash128
-      return {.edge = 1, .block_bytes = 16};
-    case 8:  // r8
-      return {.edge = 1, .block_bytes = 1};
-    case 9:   // rg8
-    case 10:  // r16
-    case 13:  // r16f
-      return {.edge = 1, .block_bytes = 2};
-    case 11:  // rg16
-    case 14:  // rg16f
-    case 16:  // rgb9e5
-      return {.edge = 1, .block_bytes = 4};
-    case 12:  // rgba16
-    case 15:  // rgba16f
-      return {.edge = 1, .block_bytes = 8};
-    case 18:  // bc4
-      return {.edge = 4, .block_bytes = 8};
-    case 17:  // bc3
-    case 19:  // bc5
-    case 20:  // bc6h
-    case 21:  // bc7
-      return {.edge = 4, .block_bytes = 16};
-    default:
-      throw std::runtime_error("tile store: not so: the texel format is known");
-  }
+constexpr unsigned kBlob = 22;  // has neither edge nor bytes
+
+constexpr Format kFormats[] = {
+    {1, "rgb8", 1, 3, Numbers::kCodes, 3},
+    {2, "rgba8", 1, 4, Numbers::kCodes, 4},
+    {3, "bc1", 4, 8},
+    {4, "r32f", 1, 4, Numbers::kFloats, 1},
+    {5, "rg32f", 1, 8, Numbers::kFloats, 2},
+    {6, "rgba32f", 1, 16, Numbers::kFloats, 4},
+    {7, "hash128", 1, 16},
+    {8, "r8", 1, 1, Numbers::kCodes, 1},
+    {9, "rg8", 1, 2, Numbers::kCodes, 2},
+    {10, "r16", 1, 2, Numbers::kCodes, 1},
+    {11, "rg16", 1, 4, Numbers::kCodes, 2},
+    {12, "rgba16", 1, 8, Numbers::kCodes, 4},
+    {13, "r16f", 1, 2, Numbers::kHalves, 1},
+    {14, "rg16f", 1, 4, Numbers::kHalves, 2},
+    {15, "rgba16f", 1, 8, Numbers::kHalves, 4},
+    {16, "rgb9e5", 1, 4},
+    {17, "bc3", 4, 16},
+    {18, "bc4", 4, 8},
+    {19, "bc5", 4, 16},
+    {20, "bc6h", 4, 16},
+    {21, "bc7", 4, 16},
+    {kBlob, "blob", 0, 0},
+};
+
+// Null for numbers of newer programs.
+const Format* find_format(unsigned number) {
+  for (const Format& format : kFormats)
+    if (format.number == number) return &format;
+  return nullptr;
 }
 
-constexpr unsigned kBlob = 22;  // has neither, and is the last of the table
+const Format& format_of(unsigned number) {
+  const Format* const format = find_format(number);
+  require(format != nullptr, "the texel format is known");
+  return *format;
+}
+
 constexpr std::uint64_t kBlobLimit = 256U << 20;
 
 std::uint64_t tile_bytes_of(const NaiveLayer& layer) {
-  const Format format = format_of(layer.format);
+  const Format& format = format_of(layer.format);
+  require(format.number != kBlob, "tiles of blobs have no size in common");
   const std::uint64_t blocks = (std::uint64_t{1} << layer.tile_exponent) / format.edge;
   return blocks * blocks * format.block_bytes;
 }
@@ -279,7 +285,7 @@ LayerEntry read_layer_entry(Bytes entry, unsigned version) {
   layer.channel = get_u16(entry, 2);
   require(layer.channel >= 1, "a layer's channel is not 0");  // others than 1 to 8 mean nothing to us, and texels are texels
   layer.format = get_u16(entry, 4);
-  require(layer.format >= 1, "a layer's format is not 0");  // of others than 1 to 22 the tiles cannot be read
+  require(layer.format >= 1, "a layer's format is not 0");  // of numbers without a row the tiles cannot be read
   layer.transfer = get_u8(entry, 6);
   require(layer.transfer <= 1, "a layer's transfer is 0 or 1");
   layer.role = get_u8(entry, 7);
@@ -301,8 +307,8 @@ LayerEntry read_layer_entry(Bytes entry, unsigned version) {
   require(!layer.is_part || layer.role == 0, "only a texture layer is a part");
   require(layer.role == 1 || layer.is_part || layer.owner == 0, "only a carry layer or a part has an owner");
   require(layer.format != kBlob || layer.role == 1, "only a carry layer holds blobs");
-  const bool has_codes = layer.format <= 2 || (layer.format >= 8 && layer.format <= 12);
-  require(!layer.zero_is_nodata || has_codes || layer.format > kBlob, "only in formats of codes is zero no data");
+  const Format* const format = find_format(layer.format);
+  require(!layer.zero_is_nodata || format == nullptr || format->numbers == Numbers::kCodes, "only in formats of codes is zero no data");
   layer.is_point_sampled = get_u8(entry, 15) == 1;  // ignorable, so that other values are none
   result.metadata_bytes = get_u32(entry, 16);
   require(result.metadata_bytes <= kJsonLimit, "a layer's JSON has 16 MiB at most");
@@ -456,38 +462,14 @@ NaiveBytes decode_predicted(Bytes payload, const NaiveLayer& layer) {
   const std::uint64_t edge = std::uint64_t{1} << layer.tile_exponent;
   prediction.width = edge;
   prediction.height = edge;
-  std::uint64_t channels = 0;
-  switch (layer.format) {
-    case 1:
-      channels = 3;
-      break;
-    case 2:
-      channels = 4;
-      break;
-    case 4:
-    case 8:
-    case 10:
-    case 13:
-      channels = 1;
-      break;
-    case 5:
-    case 9:
-    case 11:
-    case 14:
-      channels = 2;
-      break;
-    case 6:
-    case 12:
-    case 15:
-      channels = 4;
-      break;
-    default:
-      throw std::runtime_error("tile store: not so: the format can be predicted");
-  }
-  prediction.is_float = (layer.format >= 4 && layer.format <= 6) || (layer.format >= 13 && layer.format <= 15);
-  prediction.sample_bytes = format_of(layer.format).block_bytes / channels;
+  const Format& format = format_of(layer.format);
+  require(format.numbers != Numbers::kNone, "the format can be predicted");
+  const std::uint64_t channels = format.channels;
+  prediction.is_float = format.numbers != Numbers::kCodes;
+  prediction.sample_bytes = format.block_bytes / channels;
+  const bool has_green = format.numbers == Numbers::kCodes && format.block_bytes == channels && channels >= 3;
   const unsigned flags = get_u8(payload, 0);
-  require(flags <= (layer.format <= 2 ? 1U : 0U), "the prediction's reserved flags are zero");
+  require(flags <= (has_green ? 1U : 0U), "the prediction's reserved flags are zero");
   prediction.subtracts_green = flags == 1;
   for (std::uint64_t c = 0; c < channels; ++c) {
     prediction.predictors.push_back(get_u8(payload, 1 + c));
@@ -531,7 +513,7 @@ std::optional<NaiveBytes> NaiveStoreReader::tile(unsigned layer_id, unsigned lev
   require(layer != nullptr, "the store has the layer");
 
   // 3.
-  require(layer->format <= kBlob, "the layer's texel format is known");
+  require(find_format(layer->format) != nullptr, "the layer's texel format is known");
   if (level > layer->finest || x >= std::uint64_t{1} << level || y >= std::uint64_t{1} << level) return std::nullopt;
   const std::uint64_t morton = morton_of(x, y);
 

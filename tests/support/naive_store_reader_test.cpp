@@ -254,6 +254,39 @@ TEST(NaiveStoreReader, AgreesOnEveryFormatAndEveryField) {
   EXPECT_EQ(tiles_in(folder / "a.vts"), formats * 22 + 3);
 }
 
+// Sets the flag of the first layer in the catalogs of both superblocks.
+void set_zero_is_nodata(Bytes& file) {
+  for (const std::uint64_t slot : {0U, 4096U}) {
+    const std::uint64_t catalog = store::get_reference(file, slot + 48).offset;
+    const std::uint64_t layers = catalog + 32;
+    if (catalog == 0 || store::get<std::uint32_t>(file, layers) == 0) continue;
+    file[layers + 48 + 14] |= std::byte{2};
+  }
+  store::test::reseal(file);
+}
+
+// Which formats have codes is written in both readers. In a file that no writer makes every
+// format gets the same verdict from both.
+TEST(NaiveStoreReader, AgreesOnWhichFormatsMayHaveZeroAsNoData) {
+  std::set<bool> verdicts;
+  for (const TexelFormat format : texture_formats()) {
+    const TempFolder folder;
+    StoreWriter writer = value_of(StoreWriter::create(folder / "a.vts", {}));
+    LayerInfo layer = small_layer("layer", format, 3, 1);
+    const LayerId id = value_of(writer.add_layer(layer));
+    put(writer, layer, id, tile_at(1, 1, 1), 0, Codec::kRaw);
+    succeed(writer.finish());
+    Bytes file = read_file(folder / "a.vts");
+    set_zero_is_nodata(file);
+    store::test::write_file(folder / "b.vts", file);
+    ASSERT_TRUE(StoreReader::open(folder / "a.vts"));
+    const bool is_allowed = StoreReader::open(folder / "b.vts").has_value();
+    EXPECT_EQ(open_naive(file).has_value(), is_allowed) << format_name(format);
+    verdicts.insert(is_allowed);
+  }
+  EXPECT_EQ(verdicts.size(), 2U) << "the flag was not set, or spoiled every store";
+}
+
 TEST(NaiveStoreReader, AgreesOnFarApartTilesOfDeepLevels) {
   const TempFolder folder;
   StoreWriter writer = value_of(StoreWriter::create(folder / "a.vts", {}));
