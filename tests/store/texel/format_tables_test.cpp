@@ -3,8 +3,12 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <fstream>
 #include <limits>
 #include <set>
+#include <sstream>
+#include <string>
+#include <vector>
 
 #include "store/texel/block_enlarger.h"
 #include "store/texel/texel_decoder.h"
@@ -32,6 +36,38 @@ TEST(FormatTables, NamesAreUniqueAndFound) {
     EXPECT_EQ(format_from_number(static_cast<std::uint16_t>(info.format)), info.format);
     EXPECT_EQ(format_name(info.format), info.name);
   }
+}
+
+// "| rgb8 | 1 | 1 | 3 | three u8 |" is {"rgb8", "1", "1", "3", "three u8"}.
+std::vector<std::string> cells_of(const std::string& line) {
+  std::vector<std::string> cells;
+  std::istringstream row(line.substr(1));
+  for (std::string cell; std::getline(row, cell, '|');) {
+    const std::size_t first = cell.find_first_not_of(' ');
+    cells.push_back(first == std::string::npos ? "" : cell.substr(first, cell.find_last_not_of(' ') - first + 1));
+  }
+  return cells;
+}
+
+// Section 8 of the format document has one row a format, in the order of the numbers.
+TEST(FormatTables, TheDocumentHasTheRowsOfTheProgram) {
+  std::ifstream document(VT_SOURCE_DIR "/schemas/tile-store.md");
+  std::string line;
+  while (std::getline(document, line) && line != "| format | number | edge | block_bytes | a block is |") continue;
+  ASSERT_TRUE(std::getline(document, line)) << "no table of formats";
+  std::size_t rows = 0;
+  while (std::getline(document, line) && line.starts_with('|')) {
+    const std::vector<std::string> cells = cells_of(line);
+    ASSERT_LT(rows, kTexelFormats.size()) << line;
+    const FormatInfo& info = kTexelFormats[rows++];
+    const bool is_blob = info.format == TexelFormat::kBlob;
+    ASSERT_GE(cells.size(), 5U) << line;
+    EXPECT_EQ(cells[0], info.name);
+    EXPECT_EQ(cells[1], std::to_string(static_cast<int>(info.format))) << line;
+    EXPECT_EQ(cells[2], is_blob ? "" : std::to_string(info.block_edge)) << line;
+    EXPECT_EQ(cells[3], is_blob ? "" : std::to_string(info.block_bytes)) << line;
+  }
+  EXPECT_EQ(rows, kTexelFormats.size()) << "rows are missing";
 }
 
 TEST(FormatTables, EveryFormatWithSamplesIsDecodedWhole) {
