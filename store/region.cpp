@@ -20,8 +20,11 @@ namespace {
 
 // What fills a texel (or block) that no level has: zero bytes, or "no data" in every channel of a float
 // format.
-std::array<std::byte, 16> missing_block(TexelFormat format) {
-  std::array<std::byte, 16> block = {};
+constexpr std::size_t kMostBlockBytes = 16;
+static_assert(std::ranges::all_of(kTexelFormats, [](const FormatInfo& info) { return info.block_bytes <= kMostBlockBytes; }));
+
+std::array<std::byte, kMostBlockBytes> missing_block(TexelFormat format) {
+  std::array<std::byte, kMostBlockBytes> block = {};
   switch (format_info(format).samples) {
     case SampleKind::kUnorm8:
     case SampleKind::kUnorm16:

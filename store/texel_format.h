@@ -74,7 +74,7 @@ struct FormatInfo {
 }
 
 // One row a format, in the order of the numbers, which begin at 1.
-inline constexpr std::array<FormatInfo, 22> kTexelFormats = {{
+inline constexpr auto kTexelFormats = std::to_array<FormatInfo>({
     plain_format(TexelFormat::kRgb8, "rgb8", SampleKind::kUnorm8, 3, 3),
     plain_format(TexelFormat::kRgba8, "rgba8", SampleKind::kUnorm8, 4, 4),
     {TexelFormat::kBc1, "bc1", SampleKind::kBlock, 3, 4, 8, TexelFormat::kRgb8, TexelFormat::kRgba8},
@@ -97,7 +97,7 @@ inline constexpr std::array<FormatInfo, 22> kTexelFormats = {{
     {TexelFormat::kBc6h, "bc6h", SampleKind::kBlock, 3, 4, 16, TexelFormat::kRgba16Float, TexelFormat::kRgba16Float},
     {TexelFormat::kBc7, "bc7", SampleKind::kBlock, 4, 4, 16, TexelFormat::kRgba8, TexelFormat::kRgba8},
     plain_format(TexelFormat::kBlob, "blob", SampleKind::kOpaque, 1, 0),
-}};
+});
 inline constexpr FormatInfo kUnknownFormat = plain_format(TexelFormat{}, "unknown", SampleKind::kOpaque, 1, 0);
 
 // Whether this program knows the format: it is one of the enumerators.
@@ -118,6 +118,10 @@ inline constexpr FormatInfo kUnknownFormat = plain_format(TexelFormat{}, "unknow
 
 [[nodiscard]] constexpr bool is_block_format(const FormatInfo& info) { return info.samples == SampleKind::kBlock; }
 [[nodiscard]] constexpr bool has_samples(const FormatInfo& info) { return info.samples != SampleKind::kOpaque; }
+// Blocks of colours, whose codec ties the channels of a texel together: bc1, bc3 and bc7.
+[[nodiscard]] constexpr bool is_color_block(const FormatInfo& info) {
+  return is_block_format(info) && format_info(info.decoded_to).samples == SampleKind::kUnorm8 && info.channels >= 3;
+}
 
 // For the tables of functions that other files have, with a row for each of some formats; a row's first
 // member is `format`. Whether there is one row for each format that `wanted` picks, and no other: a
@@ -147,6 +151,45 @@ template <class Rows>
 // Bytes of a width x height rectangle of texels; both are multiples of the block edge. 0 for kBlob.
 [[nodiscard]] constexpr std::size_t payload_bytes(const FormatInfo& info, std::size_t width, std::size_t height) {
   return (width / info.block_edge) * (height / info.block_edge) * info.block_bytes;
+}
+
+// The greatest code of samples that are codes, 0 of others. What blocks decode to is on the scale of 8 bits.
+[[nodiscard]] constexpr int greatest_code(SampleKind kind) {
+  switch (kind) {
+    case SampleKind::kUnorm8:
+    case SampleKind::kBlock:
+      return 255;
+    case SampleKind::kUnorm16:
+      return 65535;
+    case SampleKind::kHalf:
+    case SampleKind::kFloat:
+    case SampleKind::kSharedExponent:
+    case SampleKind::kOpaque:
+      return 0;
+  }
+  return 0;
+}
+
+// How a plain format's samples can say that there is no data.
+enum class NodataSample : std::uint8_t {
+  kNone,
+  kZero,  // code 0 of layers whose zero_is_nodata is set
+  kNan,   // quiet NaN
+};
+[[nodiscard]] constexpr NodataSample nodata_sample(SampleKind kind) {
+  switch (kind) {
+    case SampleKind::kUnorm8:
+    case SampleKind::kUnorm16:
+      return NodataSample::kZero;
+    case SampleKind::kHalf:
+    case SampleKind::kFloat:
+      return NodataSample::kNan;
+    case SampleKind::kSharedExponent:
+    case SampleKind::kBlock:
+    case SampleKind::kOpaque:
+      return NodataSample::kNone;
+  }
+  return NodataSample::kNone;
 }
 
 // Bytes of one number in a plain format, 0 where samples are not numbers of whole bytes.

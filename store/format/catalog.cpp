@@ -67,8 +67,7 @@ std::string layer_fault(const LayerInfo& info) {
   for (const ComponentRange& range : info.components)
     if (!std::isfinite(range.scale) || !std::isfinite(range.offset) || range.scale == 0.0)
       return "a component's range is not finite, or its scale is 0";
-  const SampleKind samples = format_info(info.format).samples;
-  if (info.zero_is_nodata && info.has_known_format() && samples != SampleKind::kUnorm8 && samples != SampleKind::kUnorm16)
+  if (info.zero_is_nodata && info.has_known_format() && nodata_sample(format_info(info.format).samples) != NodataSample::kZero)
     return "a code means \"no data\" in a format that has no codes";
   if (info.metadata_json.size() > kMaxMetadataBytes) return "the layer's metadata is over 16 MiB";
   if (!is_utf8(info.metadata_json)) return "the layer's metadata is not UTF-8";

@@ -124,9 +124,8 @@ class Samples {
         absent_(absent_texels(layer, layer.finest)),
         has_coverage_(has_coverage_channel(layer)),
         numbers_(std::size_t{layer.tile_texels()} * layer.tile_texels() * channels_) {
-    const SampleKind kind = format_info(layer.format).samples;
-    const bool is_float = kind == SampleKind::kHalf || kind == SampleKind::kFloat;
-    says_void_ = layer.zero_is_nodata || absent_.code_of_none || has_coverage_ || (is_float && std::isnan(absent_.value));
+    const bool has_nan = nodata_sample(format_info(layer.format).samples) == NodataSample::kNan;
+    says_void_ = layer.zero_is_nodata || absent_.code_of_none || has_coverage_ || (has_nan && std::isnan(absent_.value));
     // Absent tiles of bytes are worth 0, which is a colour only inside tiles.
     absent_is_void_ = !absent_.is_data && (absent_.code_of_none || std::isnan(absent_.value) || !layout_of(layer).is_float);
     for (std::size_t c = 0; c < channels_; ++c) {

@@ -22,11 +22,13 @@ NumberCode::NumberCode(TexelFormat format, const std::array<double, 2>& span, bo
       greatest_ = 65504.0;
       least_ = -greatest_;
       return;
-    case SampleKind::kUnorm8:
     case SampleKind::kUnorm16:
-    case SampleKind::kSharedExponent:
     case SampleKind::kBlock:
+      break;
+    case SampleKind::kUnorm8:
+    case SampleKind::kSharedExponent:
     case SampleKind::kOpaque:
+      assert(false && "a format that numbers are not stored in");
       break;
   }
   kind_ = Kind::kCode;

@@ -33,8 +33,8 @@ struct UnormCode {
 // the middle of the range is decoded exactly; code 0 is then free to mean that there is no data.
 [[nodiscard]] inline UnormCode unorm_code(TexelFormat format, double low, double high, int first) {
   const SampleKind samples = format_info(format).samples;
-  assert(samples == SampleKind::kUnorm8 || samples == SampleKind::kUnorm16 || samples == SampleKind::kBlock);
-  const double last = samples == SampleKind::kUnorm16 ? 65535.0 : 255.0;
+  assert(greatest_code(samples) > 0 && "samples are codes");
+  const double last = greatest_code(samples);
   const double steps_per_sample = samples == SampleKind::kBlock ? 257.0 : 1.0;
   const double gain = steps_per_sample * (last - first) / (high - low);
   const double middle = 0.5 * (first + last);

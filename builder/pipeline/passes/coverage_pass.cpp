@@ -42,7 +42,7 @@ class CoveragePass {
       VT_ASSIGN(const std::vector<std::uint64_t> histogram, histogram_of(level));
       // What blocks are made of has 16 bits, what they decode to is worth 8.
       const CoverageScale scale =
-          choose_coverage_scale(histogram, share * texels_of(level), reference_, plan_.info.format == TexelFormat::kR16 ? 65535 : 255);
+          choose_coverage_scale(histogram, share * texels_of(level), reference_, greatest_code(format_info(plan_.info.format).samples));
       VT_CHECK(write_level(level, scale.scale));
       // What blocks make of the texels beside the reference cannot be foreseen.
       VT_ASSIGN(const std::uint64_t texels, texels_above(level));
