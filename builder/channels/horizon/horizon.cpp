@@ -261,8 +261,7 @@ Result<Span> choose_span(const Options& options) {
 constexpr std::array kFormats{TexelFormat::kRgba16, TexelFormat::kRg16, TexelFormat::kRgba8, TexelFormat::kRg8, TexelFormat::kBc5};
 
 std::string_view why_not_format(TexelFormat format, const Options&) {
-  const bool ties_all = format == TexelFormat::kBc1 || format == TexelFormat::kBc3 || format == TexelFormat::kBc7;
-  return ties_all ? ": its blocks tie angles and deviations together, which moves shadows" : "";
+  return is_color_block(format_info(format)) ? ": its blocks tie angles and deviations together, which moves shadows" : "";
 }
 
 MadeCodec make_horizon(const ChannelSettings& settings, const SampleLayout& layout) {

@@ -372,8 +372,7 @@ std::span<const TexelFormat> formats(const Options& options) {
 std::string_view why_not_format(TexelFormat format, const Options& options) {
   if (is_of_scene(options) && std::ranges::find(kFormats, format) != kFormats.end())
     return " in the scene's frame: it leaves z to be computed as positive, and there z may be negative";
-  const bool ties_all = format == TexelFormat::kBc1 || format == TexelFormat::kBc3 || format == TexelFormat::kBc7;
-  return ties_all ? ": its blocks tie x, y and z together, which turns directions by degrees" : "";
+  return is_color_block(format_info(format)) ? ": its blocks tie x, y and z together, which turns directions by degrees" : "";
 }
 
 MadeCodec make_normal(const ChannelSettings& settings, const SampleLayout& layout) {
