@@ -23,7 +23,6 @@ Result<std::unique_ptr<NewStore>> NewStore::begin(const std::filesystem::path& p
   store->replaced_ = replaced;
   VT_ASSIGN(store->file_, create_beside(path, replaced));
   store->file_.set_hook(&store->options_.before_operation);
-  store->buffer_.resize(2 * kChunkBytes);
   return store;
 }
 
