@@ -130,17 +130,26 @@ endfunction()
 # One program a folder; ctest sees every case. Test programs find real rasters through VT_TEST_DATA and skip,
 # saying so, when it is not there.
 # TOGETHER: see vt_together().
+# VT_TESTS_SANITIZED, set in a folder: its tests read bytes from outside. They have the label `sanitized`, and
+# `tools/dev test` builds and runs them under sanitizers.
 function(vt_test name)
   cmake_parse_arguments(ARG "SERIAL;TOGETHER" "" "SOURCES;LINKS;ENVIRONMENT;LABELS" ${ARGN})
   add_executable(${name} ${ARG_SOURCES})
   target_link_libraries(${name} PRIVATE vt_flags ${ARG_LINKS} GTest::gtest_main GTest::gmock)
-  # Tests are compiled more often than they run: -O1 takes 60 % of the time of -O2 and is fast enough for plain references.
+  # Tests are compiled more often than they run: -O1 takes 60 % of the time of -O2 and is fast enough for plain
+  # references. Under sanitizers -O0 takes half of the time of -O1: their checks multiply the code.
   if(NOT CMAKE_BUILD_TYPE)
-    target_compile_options(${name} PRIVATE -O1)
+    target_compile_options(${name} PRIVATE $<IF:$<BOOL:${VT_SANITIZE}>,-O0,-O1>)
   endif()
   vt_needs_pictures(${name})
   if(ARG_TOGETHER)
     vt_together(${name})
+  endif()
+  if(VT_TESTS_SANITIZED)
+    list(APPEND ARG_LABELS sanitized)
+    add_dependencies(sanitized_tests ${name})
+  else()
+    add_dependencies(other_tests ${name})
   endif()
   # The time-out is for tests that hang; a busy machine may take its time.
   set(properties ENVIRONMENT "${ARG_ENVIRONMENT}" LABELS "${ARG_LABELS}" TIMEOUT 3600)
