@@ -70,13 +70,7 @@ std::size_t SubLoadController::bytes_per_update() const {
   return at_least >= static_cast<double>(budget_bytes_) ? budget_bytes_ : static_cast<std::size_t>(at_least);
 }
 
-std::size_t SubLoadController::allowance() const {
-  const std::size_t most = bytes_per_update();
-  return most > sent_bytes_ ? most - sent_bytes_ : 0;
-}
-
 void SubLoadController::record(std::size_t bytes, double seconds) {
-  sent_bytes_ += bytes;
   if (bytes < kLeastMeasuredBytes) return;
   const double measured = std::max(seconds, 1e-9) / static_cast<double>(bytes);
   seconds_per_byte_ = seconds_per_byte_ == 0.0 ? measured : seconds_per_byte_ + kLearningRate * (measured - seconds_per_byte_);

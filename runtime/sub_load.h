@@ -49,8 +49,7 @@ class SubLoadController {
   SubLoadController(std::size_t budget_bytes, double budget_seconds) : budget_bytes_(budget_bytes), budget_seconds_(budget_seconds) {}
   void set_budget(std::size_t bytes, double seconds);
 
-  void begin_update() { sent_bytes_ = 0; }
-  [[nodiscard]] std::size_t allowance() const;  // bytes this update may still send
+  // One upload and what it took.
   void record(std::size_t bytes, double seconds);
   // What one update may send in all, as learned so far.
   [[nodiscard]] std::size_t bytes_per_update() const;
@@ -59,7 +58,6 @@ class SubLoadController {
  private:
   std::size_t budget_bytes_;
   double budget_seconds_;
-  std::size_t sent_bytes_ = 0;
   double seconds_per_byte_ = 0.0;  // 0: nothing learned yet
 };
 

@@ -317,7 +317,6 @@ bool VirtualTexture::Impl::next_image() {
 }
 
 void VirtualTexture::Impl::send(FrameStats& stats) {
-  controller.begin_update();
   stats.upload_budget = controller.bytes_per_update();
   bool begun = false;
   while (next_image()) {
