@@ -33,6 +33,14 @@ void read_optional(const nlohmann::json& json, const char* key, T& value) {
   if (const auto found = json.find(key); found != json.end()) found->get_to(value);
 }
 
+// The number in `json` that `known` has no name for; empty when there is none. A number may move every place,
+// and is not passed over as other values are.
+std::string unknown_number(const nlohmann::json& json, const nlohmann::json& known) {
+  for (const auto& [key, value] : json.items())
+    if (value.is_number() && !known.contains(key)) return key;
+  return "";
+}
+
 bool is_same_datum(const CrsDefinition& a, const CrsDefinition& b) {
   // A datum is known by its code; one without a code by its name, which may be missing altogether.
   const bool same_name = a.datum_epsg != 0 && b.datum_epsg != 0 ? a.datum_epsg == b.datum_epsg : a.datum == b.datum;
@@ -135,6 +143,11 @@ Result<Crs> Crs::from_json(const nlohmann::json& json) {
     read_optional(json, "metres_per_unit", d.metres_per_unit);
     Crs crs(std::move(d));
     if (!crs.impl_->problem.empty()) return fail(ErrorCode::kInvalidData, "CRS: " + crs.impl_->problem);
+    const nlohmann::json known = crs.to_json();
+    for (const auto& [given, names] : {std::pair(&json, &known), std::pair(&ellipsoid, &known["ellipsoid"])})
+      if (const std::string key = unknown_number(*given, *names); !key.empty())
+        return fail(ErrorCode::kInvalidData,
+                    fmt::format("CRS: a {} with a parameter \"{}\" is not known here; a newer program wrote it", name, key));
     return crs;
   } catch (const nlohmann::json::exception& refusal) {
     return fail(ErrorCode::kInvalidData, fmt::format("CRS: {}", refusal.what()));

@@ -247,6 +247,29 @@ TEST(Crs, JsonKeepsEveryBit) {
   EXPECT_FALSE(Crs::from_json(broken).has_value());
 }
 
+TEST(Crs, NumbersInJsonThatNobodyKnowsAreRefusedAndWordsArePassedOver) {
+  const nlohmann::json known = crs(26771).to_json();
+  nlohmann::json newer = known;
+  newer["remark"] = "for people";
+  ASSERT_TRUE(Crs::from_json(newer).has_value());
+  EXPECT_EQ(Crs::from_json(newer)->to_json(), known);
+
+  newer["azimuth_deg"] = 3.0;
+  const auto turned = Crs::from_json(newer);
+  ASSERT_FALSE(turned.has_value());
+  EXPECT_EQ(turned.error().code, ErrorCode::kInvalidData);
+  EXPECT_NE(turned.error().message.find("\"azimuth_deg\""), std::string::npos) << turned.error().message;
+
+  newer = known;
+  newer["ellipsoid"]["semi_median_m"] = 6378000.0;
+  EXPECT_FALSE(Crs::from_json(newer).has_value());
+
+  // Less than all is what older programs wrote.
+  newer = known;
+  newer.erase("datum_epsg");
+  EXPECT_TRUE(Crs::from_json(newer).has_value());
+}
+
 TEST(Crs, TextNamesACodeOrPixel) {
   EXPECT_EQ(Crs::from_text("EPSG:32633")->definition().epsg, 32633);
   EXPECT_EQ(Crs::from_text("32633")->text(), "EPSG:32633 (WGS 84 / UTM zone 33N)");
