@@ -6,6 +6,7 @@
 #include "store/texel/half.h"
 #include "store/texel/texel_decoder.h"
 #include "tests/runtime/glsl_fixture.h"
+#include "tests/support/format_lists.h"
 
 namespace vt::runtime {
 namespace {
@@ -17,13 +18,6 @@ using test::Paint;
 using test::Painted;
 
 constexpr int kTileExponent = 9;  // as wide as the frame
-
-std::vector<TexelFormat> texture_formats() {
-  std::vector<TexelFormat> formats;
-  for (std::uint16_t n = 1; const auto format = format_from_number(n); ++n)
-    if (format_info(*format).samples != SampleKind::kOpaque) formats.push_back(*format);
-  return formats;
-}
 
 bool has_fractions(TexelFormat format) { return format == TexelFormat::kBc3 || format == TexelFormat::kBc4 || format == TexelFormat::kBc5; }
 
@@ -93,7 +87,7 @@ class ShaderFormats : public test::Glsl {};
 TEST_P(ShaderFormats, EveryFormatIsDrawnAsTheStoreDecodesIt) {
   const unsigned shader = program(VirtualTexture::glsl_function("vt_sample", 1), "colour = vt_sample(uv);");
   for (const bool allow_extensions : {true, false}) {
-    for (const TexelFormat format : texture_formats()) {
+    for (const TexelFormat format : vt::test::formats_with_samples()) {
       const std::string name = std::string(format_info(format).name) + (allow_extensions ? "" : " without extensions");
       const Painted p = test::painted(format, kTileExponent, 0, paint_of(format));
       Options options;
@@ -126,7 +120,7 @@ class FixedFormats : public test::GlTest {
 
 TEST_F(FixedFormats, EveryFormatIsDrawnAsTheStoreDecodesItOrRefusedWithAReason) {
   for (const bool allow_extensions : {true, false}) {
-    for (const TexelFormat format : texture_formats()) {
+    for (const TexelFormat format : vt::test::formats_with_samples()) {
       const FormatInfo& info = format_info(format);
       const Painted p = test::painted(format, kTileExponent, 0, paint_of(format));
       Options options;

@@ -16,6 +16,7 @@
 #include "store/validate.h"
 #include "tests/store/reseal.h"
 #include "tests/store/store_support.h"
+#include "tests/support/format_lists.h"
 
 namespace vt::store {
 namespace {
@@ -118,10 +119,7 @@ Bytes shared_store() {
 // The formats of the golden stores, those of older versions too: the ones that there were when they were
 // made. A newer format is in none of them.
 std::vector<TexelFormat> golden_formats() {
-  std::vector<TexelFormat> formats;
-  for (const FormatInfo& info : kTexelFormats)
-    if (info.format < TexelFormat::kBlob) formats.push_back(info.format);
-  return formats;
+  return vt::test::formats_where([](const FormatInfo& info) { return info.format < TexelFormat::kBlob; });
 }
 
 Bytes some_bytes(std::size_t count) {

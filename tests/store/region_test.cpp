@@ -11,6 +11,7 @@
 #include "store/texel/half.h"
 #include "store/texel/texel_decoder.h"
 #include "tests/store/store_support.h"
+#include "tests/support/format_lists.h"
 
 namespace vt::store {
 namespace {
@@ -164,14 +165,7 @@ TEST_P(Region, IsTheNearestAncestorsTexelEverywhere) {
   }
 }
 
-std::vector<TexelFormat> formats_with_samples() {
-  std::vector<TexelFormat> formats;
-  for (const FormatInfo& info : kTexelFormats)
-    if (has_samples(info)) formats.push_back(info.format);
-  return formats;
-}
-
-INSTANTIATE_TEST_SUITE_P(Formats, Region, testing::ValuesIn(formats_with_samples()),
+INSTANTIATE_TEST_SUITE_P(Formats, Region, testing::ValuesIn(vt::test::formats_with_samples()),
                          [](const auto& instance) { return std::string(format_info(instance.param).name); });
 
 TEST(ReadRegion, AWholeTileIsTheTile) {

@@ -7,20 +7,14 @@
 #include "store/store_reader.h"
 #include "store/store_writer.h"
 #include "tests/store/store_support.h"
+#include "tests/support/format_lists.h"
 
 namespace vt::store {
 namespace {
 
 using namespace test;
 using testing::HasSubstr;
-
-// All but blobs, whose tiles have no size in common.
-std::vector<TexelFormat> texture_formats() {
-  std::vector<TexelFormat> formats;
-  for (const FormatInfo& info : kTexelFormats)
-    if (info.format != TexelFormat::kBlob) formats.push_back(info.format);
-  return formats;
-}
+using vt::test::texture_formats;
 
 TEST(Store, KeepsEveryFormatRawAndCompressed) {
   const TempFolder folder;

@@ -17,6 +17,7 @@
 #include "store/store_writer.h"
 #include "tests/store/reseal.h"
 #include "tests/store/store_support.h"
+#include "tests/support/format_lists.h"
 
 namespace vt::test {
 namespace {
@@ -179,13 +180,6 @@ std::uint64_t tiles_in(const std::filesystem::path& path) {
 }
 
 // All but blobs.
-std::vector<TexelFormat> texture_formats() {
-  std::vector<TexelFormat> formats;
-  for (std::uint16_t n = 1; const auto format = format_from_number(n); ++n)
-    if (format != TexelFormat::kBlob) formats.push_back(*format);
-  return formats;
-}
-
 void put(StoreWriter& writer, const LayerInfo& layer, LayerId id, TileId tile, int version, Codec codec) {
   succeed(writer.put(id, tile, encoded(tile_bytes(layer, tile, version), {codec, 3})));
 }
