@@ -83,7 +83,7 @@ constinit const ChannelKind kAspectKind{
     .name = "aspect",
     .has_one_value = true,
     .why_only_box = "the mean of directions has a length only if none is subtracted",
-    .formats = [](const Options&) { return std::span<const TexelFormat>(kFormats); },
+    .formats = always_formats<kFormats>,
     .usual_format = [](SampleType, bool) { return TexelFormat::kRg16; },
     .make = make_aspect,
 };

@@ -23,6 +23,12 @@ namespace vt::channels {
 
 using MadeCodec = Result<std::unique_ptr<const ChannelCodec>>;
 
+// For ChannelKind::formats: the same list whatever the options are.
+template <const auto& kFormats>
+std::span<const TexelFormat> always_formats(const Options&) {
+  return kFormats;
+}
+
 // How texels of the layer itself (not of its parts) are shown to people.
 enum class Shown : std::uint8_t {
   kValues,      // as numbers from the least to the greatest, or as codes
@@ -73,7 +79,7 @@ struct ChannelKind {
   // ---- How it is stored ----
 
   // The formats that a layer may be stored as, in the order in which messages name them; make() is given no
-  // other. Empty: make() looks at the format itself.
+  // other. always_formats<kFormats> where options do not matter. Empty: make() looks at the format itself.
   std::span<const TexelFormat> (*formats)(const Options& options) = [](const Options&) { return std::span<const TexelFormat>(); };
   // Why another format will not do, for messages: completes "mask layers cannot be stored as rgb8". May be
   // empty.

@@ -317,7 +317,7 @@ constinit const ChannelKind kColorKind{
     .has_black_and_white = true,
     .concern = source::Concern::kColor,
     .usual_kernel = "kaiser3",
-    .formats = [](const Options&) { return std::span<const TexelFormat>(kFormats); },
+    .formats = always_formats<kFormats>,
     // Coverage has to be stored when there can be texels without data; an opaque format is the user's
     // explicit wish.
     .usual_format = [](SampleType, bool may_be_empty) { return may_be_empty ? TexelFormat::kRgba8 : TexelFormat::kRgb8; },

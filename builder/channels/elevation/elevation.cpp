@@ -461,7 +461,7 @@ constinit const ChannelKind kElevationKind{
     .concern = source::Concern::kHeights,
     .why_only_box = "negative lobes would put heights outside the range of the terrain",
     .may_be_picked = true,
-    .formats = [](const Options&) { return std::span<const TexelFormat>(kFormats); },
+    .formats = always_formats<kFormats>,
     .why_not_format = [](TexelFormat,
                          const Options&) { return std::string_view(": eight bits or a block of 4x4 are too coarse for heights"); },
     .usual_format = [](SampleType, bool) { return TexelFormat::kR32Float; },

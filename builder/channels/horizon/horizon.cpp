@@ -322,7 +322,7 @@ constinit const ChannelKind kHorizonKind{
     .uses_declared_scale = true,
     .check_samples = check_unit,
     .why_only_box = "what is averaged are moments of a distribution of angles, and a negative share of a distribution does not exist",
-    .formats = [](const Options&) { return std::span<const TexelFormat>(kFormats); },
+    .formats = always_formats<kFormats>,
     .why_not_format = why_not_format,
     .usual_format = [](SampleType, bool) { return TexelFormat::kRgba16; },
     .make = make_horizon,

@@ -341,7 +341,7 @@ constinit const ChannelKind kIlluminationKind{
     .reads_colors = true,
     .concern = source::Concern::kColor,
     .why_only_box = "light has to be conserved and cannot be negative",
-    .formats = [](const Options&) { return std::span<const TexelFormat>(kFormats); },
+    .formats = always_formats<kFormats>,
     .why_not_format = [](TexelFormat, const Options&) { return std::string_view(", which has no room for lamps beside darkness"); },
     .usual_format = [](SampleType, bool) { return TexelFormat::kRgba32Float; },
     .fourth_is_coverage = true,

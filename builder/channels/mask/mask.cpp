@@ -190,7 +190,7 @@ constinit const ChannelKind kMaskKind{
     .has_one_value = true,
     .may_be_coverage = true,
     .why_only_box = "coverage has to be conserved and cannot be negative",
-    .formats = [](const Options&) { return std::span<const TexelFormat>(kFormats); },
+    .formats = always_formats<kFormats>,
     .why_not_format = [](TexelFormat, const Options&) { return std::string_view(": they are one share from 0 to 1"); },
     .usual_format = [](SampleType, bool) { return TexelFormat::kR8; },
     .absent = Absent::kZero,

@@ -276,7 +276,7 @@ constinit const ChannelKind kMaterialKind{
     .has_one_value = true,
     .why_only_box = "classes are counted, and a count has no negative share",
     .counted = [](const Options&) { return std::string_view("material layers"); },
-    .formats = [](const Options&) { return std::span<const TexelFormat>(kFormats); },
+    .formats = always_formats<kFormats>,
     .why_not_format = why_not_format,
     .usual_format = [](SampleType samples, bool) { return sample_bytes(samples) > 1 ? TexelFormat::kR16 : TexelFormat::kR8; },
     .shown = Shown::kClasses,
