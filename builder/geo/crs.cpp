@@ -33,11 +33,11 @@ void read_optional(const nlohmann::json& json, const char* key, T& value) {
   if (const auto found = json.find(key); found != json.end()) found->get_to(value);
 }
 
-// The number in `json` that `known` has no name for; empty when there is none. A number may move every place,
-// and is not passed over as other values are.
-std::string unknown_number(const nlohmann::json& json, const nlohmann::json& known) {
+// The value in `json` that `known` has no name for; empty when there is none. Words are passed over; all else
+// is or holds numbers or choices, which may move every place.
+std::string unknown_value(const nlohmann::json& json, const nlohmann::json& known) {
   for (const auto& [key, value] : json.items())
-    if (value.is_number() && !known.contains(key)) return key;
+    if (!value.is_string() && !known.contains(key)) return key;
   return "";
 }
 
@@ -145,9 +145,9 @@ Result<Crs> Crs::from_json(const nlohmann::json& json) {
     if (!crs.impl_->problem.empty()) return fail(ErrorCode::kInvalidData, "CRS: " + crs.impl_->problem);
     const nlohmann::json known = crs.to_json();
     for (const auto& [given, names] : {std::pair(&json, &known), std::pair(&ellipsoid, &known["ellipsoid"])})
-      if (const std::string key = unknown_number(*given, *names); !key.empty())
+      if (const std::string key = unknown_value(*given, *names); !key.empty())
         return fail(ErrorCode::kInvalidData,
-                    fmt::format("CRS: a {} with a parameter \"{}\" is not known here; a newer program wrote it", name, key));
+                    fmt::format("CRS: a {} with a parameter \"{}\" is not known here; a newer program may have written it", name, key));
     return crs;
   } catch (const nlohmann::json::exception& refusal) {
     return fail(ErrorCode::kInvalidData, fmt::format("CRS: {}", refusal.what()));

@@ -247,7 +247,7 @@ TEST(Crs, JsonKeepsEveryBit) {
   EXPECT_FALSE(Crs::from_json(broken).has_value());
 }
 
-TEST(Crs, NumbersInJsonThatNobodyKnowsAreRefusedAndWordsArePassedOver) {
+TEST(Crs, ValuesInJsonThatNobodyKnowsAreRefusedAndWordsArePassedOver) {
   const nlohmann::json known = crs(26771).to_json();
   nlohmann::json newer = known;
   newer["remark"] = "for people";
@@ -259,6 +259,12 @@ TEST(Crs, NumbersInJsonThatNobodyKnowsAreRefusedAndWordsArePassedOver) {
   ASSERT_FALSE(turned.has_value());
   EXPECT_EQ(turned.error().code, ErrorCode::kInvalidData);
   EXPECT_NE(turned.error().message.find("\"azimuth_deg\""), std::string::npos) << turned.error().message;
+
+  for (const char* value : {"[1.0, 2.0]", R"({"shift_m": 3.0})", "true", "null"}) {
+    newer = known;
+    newer["grid"] = nlohmann::json::parse(value);
+    EXPECT_FALSE(Crs::from_json(newer).has_value()) << value;
+  }
 
   newer = known;
   newer["ellipsoid"]["semi_median_m"] = 6378000.0;

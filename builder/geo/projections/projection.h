@@ -40,8 +40,8 @@ void for_each_method(const Use& use) {
 // The same method, and every parameter the same within a micrometre on the ground.
 [[nodiscard]] bool is_same(const Projection& a, const Projection& b);
 
-// Keys of an object; those that are absent stand for defaults, and Crs::from_json() refuses numbers that are
-// unknown. Reading throws nlohmann::json::exception where a value is no number.
+// Keys of an object; those that are absent stand for defaults, and Crs::from_json() refuses what is
+// unknown, but for words. Reading throws nlohmann::json::exception where a value is no number.
 void write_parameters(const Projection& projection, nlohmann::json& json);
 void read_parameters(const nlohmann::json& json, Projection& projection);
 
