@@ -40,7 +40,17 @@ struct TileShape {
 
   [[nodiscard]] bool is_predictable() const { return samples != Samples::kOpaque; }
   [[nodiscard]] std::size_t sample_bytes() const {
-    return samples == Samples::kFloat32 ? 4 : samples == Samples::kUint16 || samples == Samples::kFloat16 ? 2 : 1;
+    switch (samples) {
+      case Samples::kOpaque:
+      case Samples::kUint8:
+        return 1;
+      case Samples::kUint16:
+      case Samples::kFloat16:
+        return 2;
+      case Samples::kFloat32:
+        return 4;
+    }
+    return 1;
   }
   // The bytes of one plane, of which a channel has sample_bytes().
   [[nodiscard]] std::size_t plane_bytes() const { return width * height; }

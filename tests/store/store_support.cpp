@@ -69,16 +69,25 @@ Bytes smooth_tile_bytes(const LayerInfo& layer, TileId tile) {
         std::uint32_t noise = static_cast<std::uint32_t>(sample + 1) * 2654435761U;
         noise = (noise ^ (noise >> 15)) * 2246822519U;
         noise ^= noise >> 13;
-        if (shape.samples == TileShape::Samples::kUint8) {
-          bytes[sample] = static_cast<std::byte>((c + 2) * x / 4 + y / 3 + 100 * c + tile.x + noise % 6);
-        } else if (shape.samples == TileShape::Samples::kUint16) {
-          put<std::uint16_t>(bytes, 2 * sample, static_cast<std::uint16_t>(300 * x + 500 * y + 9000 * c + noise % 40));
-        } else if (shape.samples == TileShape::Samples::kFloat16) {
-          const float slope = 0.25F * static_cast<float>(x + y) - 4.0F;
-          put<std::uint16_t>(bytes, 2 * sample, half_from_float(slope + 1e-2F * static_cast<float>(noise % 10)));
-        } else {
-          const float slope = 3.0F * static_cast<float>(x + tile.x) + 5.0F * static_cast<float>(y) - 300.0F;
-          put<std::uint32_t>(bytes, 4 * sample, std::bit_cast<std::uint32_t>(slope + 1e-3F * static_cast<float>(noise % 1000)));
+        switch (shape.samples) {
+          case TileShape::Samples::kUint8:
+            bytes[sample] = static_cast<std::byte>((c + 2) * x / 4 + y / 3 + 100 * c + tile.x + noise % 6);
+            break;
+          case TileShape::Samples::kUint16:
+            put<std::uint16_t>(bytes, 2 * sample, static_cast<std::uint16_t>(300 * x + 500 * y + 9000 * c + noise % 40));
+            break;
+          case TileShape::Samples::kFloat16: {
+            const float slope = 0.25F * static_cast<float>(x + y) - 4.0F;
+            put<std::uint16_t>(bytes, 2 * sample, half_from_float(slope + 1e-2F * static_cast<float>(noise % 10)));
+            break;
+          }
+          case TileShape::Samples::kFloat32: {
+            const float slope = 3.0F * static_cast<float>(x + tile.x) + 5.0F * static_cast<float>(y) - 300.0F;
+            put<std::uint32_t>(bytes, 4 * sample, std::bit_cast<std::uint32_t>(slope + 1e-3F * static_cast<float>(noise % 1000)));
+            break;
+          }
+          case TileShape::Samples::kOpaque:
+            break;
         }
       }
     }
