@@ -120,9 +120,10 @@ void ClassCascade::check_classes(const PlaneRow& row, std::int64_t y, bool& opaq
   const float* const weights = row[channels::kClassWeightPlane];
   const auto greatest = static_cast<float>(classes_.greatest);
   const auto no_data = static_cast<float>(classes_.no_data);
+  constexpr auto beyond = static_cast<float>(channels::kGreatestClass + 1);
   const auto is_wrong = [&](std::int64_t i) {
     return (static_cast<int>(!(classes[i] >= 0.0F)) | static_cast<int>(!(classes[i] <= greatest)) |
-            static_cast<int>(classes[i] != static_cast<float>(static_cast<std::int32_t>(std::clamp(classes[i], -1.0F, 65536.0F)))) |
+            static_cast<int>(classes[i] != static_cast<float>(static_cast<std::int32_t>(std::clamp(classes[i], -1.0F, beyond)))) |
             (static_cast<int>(classes[i] == no_data) & static_cast<int>(weights[i] > 0.0F))) != 0;
   };
   int wrong = 0;

@@ -11,15 +11,22 @@
 
 #include "builder/channels/codec/channel_codec.h"
 #include "builder/channels/codec/class_areas.h"
+#include "builder/channels/codec/class_planes.h"
+#include "store/format/layout.h"
 
 namespace vt::pyramid {
 
-// One class of a texel: the class in the upper 16 bits, its area in the lower 48. Areas are at most 2^47, so
-// sums never reach the class; the order of the numbers is the order of the classes.
+// The greatest area is 2 to this: the coarsest texel of a layer with all levels that there can be, in halves
+// of the finest texels.
+inline constexpr int kMostAreaBits = 2 * store::kMaxFinest + 1;
+inline constexpr int kAreaBits = kMostAreaBits + 1;
+
+// One class of a texel: its area in the lower kAreaBits, the class above them. Sums of areas never reach the
+// class; the order of the numbers is the order of the classes.
 using ClassCount = std::uint64_t;
 
-inline constexpr int kAreaBits = 48;
 inline constexpr ClassCount kAreaMask = (ClassCount{1} << kAreaBits) - 1;
+static_assert(ClassCount{channels::kGreatestClass} <= ~ClassCount{0} >> kAreaBits, "a count has no room for the class");
 
 [[nodiscard]] constexpr ClassCount class_count(std::uint64_t id, std::uint64_t area) { return id << kAreaBits | area; }
 [[nodiscard]] constexpr std::uint32_t class_of(ClassCount count) { return static_cast<std::uint32_t>(count >> kAreaBits); }
@@ -69,7 +76,7 @@ class CountRow {
 
 // A row of the finest level; readable one texel beyond either side.
 struct ClassRow {
-  const float* classes;  // whole, 0 to 65535
+  const float* classes;  // whole, 0 to kGreatestClass
   const float* weights;  // 0 or 1
 };
 

@@ -23,7 +23,7 @@ std::optional<std::array<std::uint8_t, 3>> color_from(const std::string& text) {
 
 std::optional<int> code_from(const Json& object, const char* member) {
   const auto found = object.find(member);
-  if (found == object.end() || !found->is_number_integer() || *found < 0 || *found > 65535) return std::nullopt;
+  if (found == object.end() || !found->is_number_integer() || *found < 0 || *found > channels::kGreatestClass) return std::nullopt;
   return found->get<int>();
 }
 

@@ -100,7 +100,7 @@ bool has_byte_samples(TexelFormat format) { return format_info(format_info(forma
 std::optional<double> class_of_none(const nlohmann::ordered_json& metadata) {
   if (!metadata.is_object() || !metadata.contains("no_data_class")) return std::nullopt;
   const auto& code = metadata["no_data_class"];
-  if (!code.is_number_integer() || code < 0 || code > 65535) return std::nullopt;
+  if (!code.is_number_integer() || code < 0 || code > channels::kGreatestClass) return std::nullopt;
   return code.get<double>();
 }
 

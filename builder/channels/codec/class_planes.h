@@ -7,6 +7,10 @@
 namespace vt::channels {
 
 inline constexpr int kMostRankedClasses = 4;
+// The greatest number that a class can have in any layer: planes hold it exactly, and so do counts of classes
+// (builder/pyramid/class_counts.h).
+inline constexpr int kGreatestClass = 65535;
+static_assert(kGreatestClass <= 1 << 24, "planes are floats");
 
 struct ClassCounting {
   int ranked = 1;      // how many classes the planes tell of, the most frequent first; 1 to kMostRankedClasses

@@ -23,6 +23,7 @@
 #include "builder/pipeline/sources/stored_light.h"
 #include "builder/pipeline/sources/stray_sources.h"
 #include "builder/pipeline/sources/sure_cover.h"
+#include "builder/pyramid/class_counts.h"
 #include "builder/text/json_text.h"
 #include "store/format/text.h"
 #include "store/io/content_hash.h"
@@ -198,10 +199,9 @@ Area LayerPlan::extent() const {
 
 // As many as the counts of the coarsest level's texels have bits for, see pyramid/class_counts.h.
 int area_exponent(const LayerPlan& plan) {
-  constexpr int kMostAreaBits = 47;
   constexpr int kWanted = 16;
   if (!plan.sampler || !plan.sampler->counts_areas()) return 0;
-  return std::clamp(kMostAreaBits - 2 * int{plan.info.finest.value}, 1, kWanted);
+  return std::clamp(pyramid::kMostAreaBits - 2 * int{plan.info.finest.value}, 1, kWanted);
 }
 
 namespace {
