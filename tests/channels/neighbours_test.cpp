@@ -69,6 +69,7 @@ TEST(FormatOfChannels, KeepsTheKindOfSamples) {
   EXPECT_EQ(format_of_channels(TexelFormat::kRgba16, 2), TexelFormat::kRg16);
   EXPECT_EQ(format_of_channels(TexelFormat::kR16, 4), TexelFormat::kRgba16);
   EXPECT_EQ(format_of_channels(TexelFormat::kRgba16Float, 1), TexelFormat::kR16Float);
+  EXPECT_EQ(find_format_of_channels(TexelFormat::kR16, 3), std::nullopt);
   EXPECT_EQ(format_of_channels(TexelFormat::kR16Float, 2), TexelFormat::kRg16Float);
   EXPECT_EQ(format_of_channels(TexelFormat::kR32Float, 2), TexelFormat::kRg32Float);
   EXPECT_EQ(format_of_channels(TexelFormat::kRgba32Float, 1), TexelFormat::kR32Float);

@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cassert>
 #include <cmath>
 #include <cstring>
 #include <nlohmann/json.hpp>
@@ -56,7 +57,7 @@ void quantise_shares(const std::array<float, kMostRankedClasses>& shares, int ra
 class MaterialCodec final : public ChannelCodec {
  public:
   MaterialCodec(const SampleLayout& layout, TexelFormat format, const ClassCounting& counting, bool has_mixture, const Json& table)
-      : layout_(weighed_by_coverage(layout, CoverageUse::kHalf)), counting_(counting), is_16_bit_(format == TexelFormat::kR16) {
+      : layout_(weighed_by_coverage(layout, CoverageUse::kHalf)), counting_(counting), codes_(format_info(format).samples) {
     source_planes_ = 2;
     class_counting_ = counting;
     rules_.assign(static_cast<std::size_t>(class_planes(counting.ranked)), PlaneRule::kLinear);
@@ -71,7 +72,7 @@ class MaterialCodec final : public ChannelCodec {
     measures_.push_back({.name = "class area", .unit = "pp"});
     const NodataRange nodata = nodata_range(layout);
     const bool same_no_data = nodata.empty() || (nodata.low == counting.no_data && nodata.high == counting.no_data);
-    samples_are_texels_ = same_no_data && !layout.has_alpha && sample_bytes(layout.type) == (is_16_bit_ ? 2 : 1);
+    samples_are_texels_ = same_no_data && !layout.has_alpha && sample_bytes(layout.type) == vt::sample_bytes(codes_);
     if (has_mixture) add_mixture();
   }
 
@@ -92,22 +93,22 @@ class MaterialCodec final : public ChannelCodec {
   Result<void> encode_row(std::size_t part, const RowNeighbourhood& rows, std::int64_t count, std::byte* out) const override {
     if (part == kWeights) {
       encode_weights(rows.here, count, reinterpret_cast<std::uint8_t*>(out));
-    } else if (is_16_bit_) {
-      encode_classes<std::uint16_t>(part, rows.here, count, out);
     } else {
-      encode_classes<std::uint8_t>(part, rows.here, count, out);
+      visit_codes([&]<class Code>(std::type_identity<Code>) { encode_classes<Code>(part, rows.here, count, out); });
     }
     return {};
   }
 
   void mark_outside(std::size_t part, std::byte* texels, std::int64_t count) const override {
     const std::int64_t codes = count * format_info(parts_[part].texel_format).channels;
-    if (is_16_bit_ && part != kWeights) {
-      const auto code = static_cast<std::uint16_t>(counting_.no_data);
-      for (std::int64_t i = 0; i < codes; ++i) std::memcpy(texels + 2 * i, &code, 2);
-    } else {
-      std::memset(texels, part == kWeights ? 0 : counting_.no_data, static_cast<std::size_t>(codes));
+    if (part == kWeights) {
+      std::memset(texels, 0, static_cast<std::size_t>(codes));
+      return;
     }
+    visit_codes([&]<class Code>(std::type_identity<Code>) {
+      const auto code = static_cast<Code>(counting_.no_data);
+      for (std::int64_t i = 0; i < codes; ++i) std::memcpy(texels + i * static_cast<std::int64_t>(sizeof code), &code, sizeof code);
+    });
   }
 
   // Half the sum over all classes of |stored share - true share|: the part of the texel's area, in percentage
@@ -141,6 +142,23 @@ class MaterialCodec final : public ChannelCodec {
   }
 
  private:
+  // Calls act(std::type_identity<Code>()) with the type of a stored class.
+  template <class Act>
+  void visit_codes(const Act& act) const {
+    switch (codes_) {
+      case SampleKind::kUnorm8:
+        return act(std::type_identity<std::uint8_t>());
+      case SampleKind::kUnorm16:
+        return act(std::type_identity<std::uint16_t>());
+      case SampleKind::kHalf:
+      case SampleKind::kFloat:
+      case SampleKind::kSharedExponent:
+      case SampleKind::kBlock:
+      case SampleKind::kOpaque:
+        assert(false && "a format that classes are not stored in");
+    }
+  }
+
   void add_mixture() {
     Part classes{.suffix = "classes", .format = format_of_channels(parts_[kMajority].format, counting_.ranked)};
     Part weights{.suffix = "weights", .format = format_of_channels(TexelFormat::kR8, counting_.ranked)};
@@ -218,7 +236,7 @@ class MaterialCodec final : public ChannelCodec {
 
   SampleLayout layout_;
   ClassCounting counting_;
-  bool is_16_bit_;
+  SampleKind codes_;  // of the classes
 };
 
 Result<int> choose_no_data(const ChannelSettings& settings, int greatest) {
@@ -244,12 +262,14 @@ MadeCodec make_material(const ChannelSettings& settings, const SampleLayout& lay
 
   constexpr std::array<std::string_view, 5> kMixtures{"", "1", "2", "3", "4"};
   VT_ASSIGN(const std::string mixture, choice_of(settings.options, "mixture", "", std::span(kMixtures)));
-  if (mixture == "3" && settings.format == TexelFormat::kR16)
-    return fail(ErrorCode::kUnsupported,
-                "a mixture of 3 classes cannot be stored with 16 bits each; use mixture 4, or store the layer as r8");
+  const SampleKind codes = format_info(settings.format).samples;
   ClassCounting counting;
   counting.ranked = mixture.empty() ? 1 : std::stoi(mixture);
-  counting.greatest = settings.format == TexelFormat::kR8 ? 255 : 65535;
+  counting.greatest = static_cast<int>(std::min<std::int64_t>(greatest_code(codes), kGreatestClass));
+  if (!find_format_of_channels(settings.format, counting.ranked))
+    return fail(ErrorCode::kUnsupported,
+                "a mixture of " + mixture + " classes cannot be stored with " + std::to_string(8 * vt::sample_bytes(codes)) +
+                    " bits each; " + (find_format_of_channels(settings.format, 4) ? "use mixture 4, or " : "") + "store the layer as r8");
   VT_ASSIGN(counting.no_data, choose_no_data(settings, counting.greatest));
   Json table;
   if (const auto text = settings.options.find("classes"); text != settings.options.end()) {
